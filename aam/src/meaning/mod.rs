@@ -1,0 +1,1 @@
+//! What a document means: resolved materials, normals, tangents, poses and bounds.

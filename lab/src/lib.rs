@@ -1,0 +1,1 @@
+//! Runs techniques over parameters, measures time and error, and draws the charts.

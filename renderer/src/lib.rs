@@ -1,0 +1,1 @@
+//! Draws a scene with wgpu, to a window or off screen.

@@ -1,0 +1,11 @@
+//! What is to be drawn: nodes in a hierarchy, meshes, materials, textures, lights, cameras, environment; and the scene
+//! file that lists them.
+//!
+//! A [`Scene`] is plain data without GPU handles, so that the renderer, the reference tracer, physics and tests share
+//! it. Ids are positions in its lists. Conventions: right-handed, metres, [`Scene::up`] says which way is up; texture
+//! coordinate v is 0 at the image's bottom row; colours and colour textures are sRGB-encoded, normal and displacement
+//! maps are data.
+
+mod types;
+
+pub use types::*;
