@@ -1,6 +1,6 @@
 //! glTF, OBJ, STL and PLY to and from AAM documents; convex decomposition.
 //!
-//! Every importer gives an [`Imported`]: a document, the texture files it names, the lights and cameras that only a
+//! Every importer gives an [`Asset`]: a document, the texture files it names, the lights and cameras that only a
 //! scene file can hold, and a [`Report`] of what was kept, changed and lost. Every exporter takes a document back.
 
 mod error;
@@ -16,9 +16,9 @@ use std::sync::Arc;
 use aam::Document;
 use aam_scene::{Camera, Light};
 
-/// An asset read from another format.
+/// An asset in memory: what every importer gives and every exporter takes.
 #[derive(Clone, Debug, Default)]
-pub struct Imported {
+pub struct Asset {
     /// The asset as an AAM document, in AAM's axes (Z up).
     pub document: Document,
     /// Texture files that the document's materials name, by their `FN:` name, as encoded files (PNG, JPEG …).
