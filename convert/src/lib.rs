@@ -5,6 +5,7 @@
 
 mod error;
 mod report;
+pub mod smoothing;
 
 pub use error::ConvertError;
 pub use report::{Change, Outcome, Report};
