@@ -1,0 +1,103 @@
+//! What the caller chooses, what comes back beside the picture, and what can go wrong.
+
+use std::fmt;
+use std::num::NonZeroUsize;
+use std::time::Duration;
+
+use aam_scene::{Background, Shading};
+use thiserror::Error;
+
+/// How to draw. [`Options::default`] is 16 samples a pixel without shadows, on all cores.
+#[derive(Clone)]
+pub struct Options<'a> {
+    /// Camera rays a pixel, rounded up to the next square `n²` (an `n` × `n` stratified pattern); 1 to 4096.
+    pub samples_per_pixel: u32,
+    /// Hard shadows: a light's diffuse and specular terms reach only points that see its position. Emission, ambient
+    /// and light maps stay. Transparent surfaces in between let `1 − α` through.
+    pub shadows: bool,
+    /// Replaces [`aam_scene::Scene::shading`].
+    pub shading: Option<Shading>,
+    /// Replaces [`aam_scene::Scene::background`].
+    pub background: Option<Background>,
+    /// Threads to use; `None` takes rayon's global pool. The picture does not depend on it.
+    pub threads: Option<NonZeroUsize>,
+    /// Called with the finished fraction, 0 to 1, from any thread, as rows finish.
+    pub progress: Option<&'a (dyn Fn(f32) + Sync)>,
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self { samples_per_pixel: 16, shadows: false, shading: None, background: None, threads: None, progress: None }
+    }
+}
+
+impl fmt::Debug for Options<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Options")
+            .field("samples_per_pixel", &self.samples_per_pixel)
+            .field("shadows", &self.shadows)
+            .field("shading", &self.shading)
+            .field("background", &self.background)
+            .field("threads", &self.threads)
+            .field("progress", &self.progress.is_some())
+            .finish()
+    }
+}
+
+/// What a picture cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stats {
+    /// Triangles in the world, each instance counted.
+    pub triangles: usize,
+    /// Triangles left out because a position is not finite or a vertex index has no vertex.
+    pub skipped_triangles: usize,
+    /// Rays from the camera.
+    pub camera_rays: u64,
+    /// Rays to lights.
+    pub shadow_rays: u64,
+    /// Time to flatten the scene and to build the bounding volume hierarchy and the mipmaps.
+    pub build: Duration,
+    /// Time to trace and shade all rays.
+    pub trace: Duration,
+    /// True when the scene has no light, so that one white light at the camera was used.
+    pub camera_light: bool,
+}
+
+impl Stats {
+    /// Rays of both kinds a second of tracing; 0 when nothing was traced.
+    pub fn rays_per_second(&self) -> f64 {
+        let seconds = self.trace.as_secs_f64();
+        if seconds > 0.0 { (self.camera_rays + self.shadow_rays) as f64 / seconds } else { 0.0 }
+    }
+}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Error {
+    /// The picture has no pixels, or more than can be held.
+    #[error("a picture of {width} × {height} pixels cannot be drawn: both sides must be from 1 to {limit}", limit = crate::MAX_SIDE)]
+    Size {
+        /// Requested width.
+        width: u32,
+        /// Requested height.
+        height: u32,
+    },
+    /// The number of samples is out of range.
+    #[error("{0} samples per pixel cannot be drawn: use 1 to {limit}", limit = crate::MAX_SAMPLES)]
+    Samples(u32),
+    /// The camera cannot see.
+    #[error("the camera cannot be used: {0}")]
+    Camera(String),
+    /// More triangles than can be numbered.
+    #[error("the scene has {0} triangles, counting every instance; at most {limit} can be drawn", limit = crate::MAX_TRIANGLES)]
+    Triangles(usize),
+    /// The worker threads could not be started.
+    #[error("cannot start {threads} worker threads: {reason}")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+}
