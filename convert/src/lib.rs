@@ -4,6 +4,7 @@
 //! scene file can hold, and a [`Report`] of what was kept, changed and lost. Every exporter takes a document back.
 
 mod error;
+pub mod phong;
 mod report;
 pub mod smoothing;
 
