@@ -6,6 +6,10 @@
 //! coordinate v is 0 at the image's bottom row; colours and colour textures are sRGB-encoded, normal and displacement
 //! maps are data.
 
+mod build;
+mod texture;
 mod types;
 
+pub use build::{BuildOptions, Built, build};
+pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureLimits, TextureSource};
 pub use types::*;
