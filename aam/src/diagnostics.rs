@@ -38,23 +38,39 @@ pub struct Position {
 impl Position {
     /// The position of a byte offset. LF, CRLF and a lone CR each end a line.
     pub fn of(bytes: &[u8], offset: usize) -> Self {
-        let before = &bytes[..offset.min(bytes.len())];
-        let mut line = 1;
-        let mut start = 0;
-        let mut at = 0;
-        while let Some(found) = memchr::memchr2(b'\n', b'\r', &before[at..]) {
-            let end = at + found;
-            at = end + 1;
-            let crlf = before[end] == b'\r' && bytes.get(at) == Some(&b'\n');
-            if crlf && at < before.len() {
-                at += 1;
-            } else if crlf {
+        Self::walk(bytes).at(offset)
+    }
+
+    /// Finds the positions of ascending offsets in one pass.
+    pub fn walk(bytes: &[u8]) -> PositionWalk<'_> {
+        PositionWalk { bytes, line: 1, start: 0 }
+    }
+}
+
+/// Turns ascending byte offsets into positions, reading the file once.
+#[derive(Clone, Debug)]
+pub struct PositionWalk<'a> {
+    bytes: &'a [u8],
+    line: usize,
+    start: usize,
+}
+
+impl PositionWalk<'_> {
+    /// The position of an offset, which must not lie before one asked for earlier.
+    pub fn at(&mut self, offset: usize) -> Position {
+        let offset = offset.min(self.bytes.len());
+        while let Some(found) = memchr::memchr2(b'\n', b'\r', &self.bytes[self.start..offset.max(self.start)]) {
+            let mut next = self.start + found + 1;
+            if self.bytes[next - 1] == b'\r' && self.bytes.get(next) == Some(&b'\n') {
+                next += 1;
+            }
+            if next > offset {
                 break;
             }
-            line += 1;
-            start = at;
+            self.start = next;
+            self.line += 1;
         }
-        Self { line, column: before.len() - start + 1 }
+        Position { line: self.line, column: offset.saturating_sub(self.start) + 1 }
     }
 }
 
@@ -149,5 +165,33 @@ impl ReadError {
             line,
             marker: offset - start + usize::from(!cut.is_empty()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_of_line_end_counts_once() {
+        let bytes = b"a\nb\r\nc\rd\n\re";
+        let at = |offset| {
+            let position = Position::of(bytes, offset);
+            (position.line, position.column)
+        };
+        let expected = [(1, 1), (1, 2), (2, 1), (2, 2), (2, 3), (3, 1), (3, 2), (4, 1), (4, 2), (5, 1), (6, 1), (6, 2)];
+        for (offset, expected) in expected.into_iter().enumerate() {
+            assert_eq!(at(offset), expected, "offset {offset}");
+        }
+        assert_eq!(at(1000), (6, 2));
+    }
+
+    #[test]
+    fn an_error_shows_the_line_with_a_marker() {
+        let error = ReadError::at(b"Tr: 0\n\tSh: x1\n", 11, "syntax/expected", "expected a number, found `x1`");
+        assert_eq!(
+            error.to_string(),
+            "2:6: error[syntax/expected]: expected a number, found `x1`\n    |  Sh: x1\n    |      ^"
+        );
     }
 }

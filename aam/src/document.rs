@@ -72,8 +72,9 @@ impl Header {
 /// Text that the reader does not know, kept in its place: the line, and the `{ }` block and number rows right after it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unknown {
-    /// The tag of the same block that it stands before, or `None` at the block's end.
-    pub before: Option<&'static str>,
+    /// The tag of the same block that it stands before, and which occurrence of that tag counted from 0; `None` at the
+    /// block's end.
+    pub before: Option<(&'static str, u32)>,
     /// The lines, without indentation, without line ends.
     pub lines: Vec<Text>,
 }
@@ -256,6 +257,9 @@ pub struct Geometry {
     pub animation: AnimationMode,
     /// `FPS:`, frames a second; absent means 30 (an extension of this project).
     pub frames_per_second: Option<f32>,
+    /// `NFrames:` of a `Keyframe` animation, whose single frame block says nothing about its length. In the other
+    /// modes the number of [`Geometry::frames`] is written, whatever stands here; the reader sets it to that number.
+    pub animation_frames: u32,
     /// The frames. All but the first of a `Full` animation hold objects without [`Object::faces`].
     pub frames: Vec<Frame>,
     /// Unknown tags.

@@ -1,6 +1,29 @@
-//! The reader.
+//! The reader: the grammar in nom parsers, bulk numbers in leaf parsers of our own.
+//!
+//! A parser takes the rest of the file and gives what it read and the new rest, so a place is just how many bytes are
+//! left. `Err::Error` means "not here", `Err::Failure` means "wrong here". Each function's comment is its production in
+//! the grammar of `docs/format.md`.
 
+mod animation;
+mod bulk;
+mod context;
+mod fault;
+mod geometry;
+mod materials;
+mod number;
+mod physics;
+mod tags;
+
+use nom::Parser;
+use nom::combinator::opt;
+
+use crate::document::{Encoding, Header, Unknown};
 use crate::{Document, Finding, ReadError};
+
+use context::{Block, Context, found};
+use fault::{Fault, Parsed, Rest};
+use number::skip_space;
+use tags::{peek_word, word};
 
 /// How to read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,6 +69,75 @@ pub struct Places {
 /// # Errors
 /// The first thing that cannot be accepted; in strict mode also everything that is otherwise a warning.
 pub fn read(bytes: &[u8], options: &ReadOptions) -> Result<ReadOutcome, ReadError> {
-    let _ = options;
-    Err(ReadError::at(bytes, 0, "internal/unfinished", "the reader is not finished"))
+    let cx = Context::new(bytes, options);
+    match file(&cx, bytes) {
+        Ok((_, (document, places))) => Ok(ReadOutcome { document, findings: cx.findings(), places }),
+        Err(fault) => Err(cx.error(fault)),
+    }
+}
+
+/// `file = [ "BINARY" ] [ header ] [ SHADERS ] materials geometry [ physics ]`
+fn file<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, (Document, Places)> {
+    let rest = match rest.strip_prefix(b"\xef\xbb\xbf") {
+        Some(tail) => {
+            cx.warn(rest, "syntax/byte-order-mark", "the UTF-8 byte order mark is skipped")?;
+            tail
+        }
+        None => rest,
+    };
+    let (rest, binary) = opt(word("BINARY")).parse(rest)?;
+    cx.binary.set(binary.is_some());
+    let (rest, header) = opt(header).parse(rest)?;
+    let (rest, preamble) = preamble(cx, rest)?;
+    let (rest, materials) = materials::materials(cx, rest)?;
+    let (rest, (geometry, objects)) = geometry::geometry(cx, rest)?;
+    let (rest, physics) = if peek_word(rest) == b"PHYSICS" {
+        physics::physics(cx, rest).map(|(r, p)| (r, Some(p)))?
+    } else {
+        (rest, None)
+    };
+    let end = skip_space(rest);
+    if !end.is_empty() {
+        cx.warn(end, "syntax/trailing-text", format!("{} after the end of the document is ignored", found(end)))?;
+    }
+    let (physics, bodies) = physics.unzip();
+    let document = Document {
+        encoding: if binary.is_some() { Encoding::Binary } else { Encoding::Ascii },
+        header,
+        preamble,
+        materials: materials.materials,
+        materials_unknown: materials.unknown,
+        geometry,
+        physics,
+    };
+    let places = Places { materials: materials.places, objects, bodies: bodies.unwrap_or_default() };
+    Ok((rest, (document, places)))
+}
+
+fn header(rest: Rest<'_>) -> Parsed<'_, Header> {
+    let start = skip_space(rest);
+    let found = peek_word(start);
+    let headers = [Header::Mesh, Header::MeshMultiframe, Header::Character, Header::Avatar];
+    match headers.into_iter().find(|header| header.word().as_bytes() == found) {
+        Some(header) => Ok((&start[found.len()..], header)),
+        None => Fault::expected(start, "a header word"),
+    }
+}
+
+/// Text before `MATERIALS`.
+fn preamble<'a>(cx: &Context<'a>, mut rest: Rest<'a>) -> Parsed<'a, Vec<Unknown>> {
+    let mut kept = Vec::new();
+    while peek_word(rest) == b"SHADERS" {
+        let (tail, unknown) = tags::shaders(cx, rest)?;
+        kept.push(unknown);
+        rest = tail;
+    }
+    let block = Block::new(&["MATERIALS", "ENDMATERIALS"]);
+    let (tail, _) = match tags::block_tag(cx, &block, "MATERIALS").parse(rest) {
+        Err(nom::Err::Error(_)) => Fault::expected(skip_space(rest), "an AAM document, which starts with `MATERIALS`")?,
+        other => other?,
+    };
+    kept.extend(block.into_unknown());
+    // `MATERIALS` itself is read again by its section.
+    Ok((&rest[rest.len() - tail.len() - "MATERIALS".len()..], kept))
 }
