@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use aam::Document;
-use aam_scene::{Camera, Light};
+use aam_scene::{Camera, Light, Up};
 
 /// An asset in memory: what every importer gives and every exporter takes.
 #[derive(Clone, Debug, Default)]
@@ -56,6 +56,8 @@ pub struct ImportOptions {
     pub normal_tolerance: f32,
     /// Read textures outside the asset's folder.
     pub allow_outside: bool,
+    /// Which axis points up in formats that do not say: `None` takes +Y for OBJ, and +Z for STL and PLY.
+    pub up: Option<Up>,
     /// Largest size in bytes of any one file read. Default 4 GiB.
     pub max_file_size: u64,
     /// Largest number of pixels in one texture. Default 2²⁸ (16384 × 16384).
@@ -70,10 +72,24 @@ impl Default for ImportOptions {
             frames_per_second: 30.0,
             normal_tolerance: 0.5,
             allow_outside: false,
+            up: None,
             max_file_size: 4 << 30,
             max_texture_pixels: 1 << 28,
         }
     }
+}
+
+/// How to export. Defaults are those of `aam convert`.
+#[derive(Clone, Debug, Default)]
+pub struct ExportOptions {
+    /// How an AAM file is written.
+    pub write: aam::WriteOptions,
+    /// Write the original AAM format alone, without this project's extensions, and report what was dropped.
+    pub original: bool,
+    /// Which axis points up in an OBJ file: `None` is +Y.
+    pub up: Option<Up>,
+    /// Replace files that exist with other content, also those that were not named.
+    pub overwrite: bool,
 }
 
 /// Told how far a long piece of work has come.
