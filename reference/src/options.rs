@@ -49,7 +49,7 @@ impl fmt::Debug for Options<'_> {
 pub struct Stats {
     /// Triangles in the world, each instance counted.
     pub triangles: usize,
-    /// Triangles left out because a position is not finite or a vertex index has no vertex.
+    /// Triangles left out because a position is not finite or a vertex index has no vertex; both are not drawn.
     pub skipped_triangles: usize,
     /// Rays from the camera.
     pub camera_rays: u64,
@@ -92,6 +92,9 @@ pub enum Error {
     /// More triangles than can be numbered.
     #[error("the scene has {0} triangles, counting every instance; at most {limit} can be drawn", limit = crate::MAX_TRIANGLES)]
     Triangles(usize),
+    /// More lights than the renderer takes.
+    #[error("the scene has {0} lights; at most {limit} can be drawn", limit = crate::MAX_LIGHTS)]
+    Lights(usize),
     /// The worker threads could not be started.
     #[error("cannot start {threads} worker threads: {reason}")]
     Threads {

@@ -1,0 +1,305 @@
+//! Bounding volume hierarchy: built by `obvhs` (PLOC with reinsertion), walked here.
+//!
+//! The walk is our own because crate traversals compare boxes without an error bound, which loses hits at silhouettes,
+//! and because transparency needs all hits in order rather than the nearest.
+
+use glam::Vec3;
+use obvhs::aabb::Aabb as BuildBox;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+/// Triangles in a leaf, at most.
+const LEAF_SIZE: u32 = 4;
+
+/// A rounding bound for the distance to a box, as a factor: Ize, "Robust BVH Ray Traversal", JCGT 2013.
+const SLAB: f32 = 1.0 + 4.0 * f32::EPSILON;
+
+/// Two sibling nodes, so that one fetch serves one step down.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+struct Pair {
+    min: [Vec3; 2],
+    max: [Vec3; 2],
+    /// Where the child's own pair stands, or its first triangle.
+    first: [u32; 2],
+    /// Triangles in the child; 0 when it is an inner node.
+    count: [u32; 2],
+}
+
+/// The hierarchy over triangles that the caller stores in the order that [`Bvh::build`] returns.
+#[derive(Debug, Default)]
+pub(crate) struct Bvh {
+    pairs: Vec<Pair>,
+    /// Number of triangles when there are too few for a pair.
+    single_leaf: u32,
+}
+
+/// A ray prepared for boxes and triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    origin: Vec3,
+    inverse: Vec3,
+    /// Axes in the order of Woop's shear: the last is the direction's largest.
+    axes: [usize; 3],
+    shear: Vec3,
+}
+
+impl Ray {
+    pub(crate) fn new(origin: Vec3, direction: Vec3) -> Self {
+        // A component of 1e-30 moves a ray by nothing, and keeps 0·∞ away.
+        let invert = |d: f32| if d.abs() < 1e-30 { 1e30_f32.copysign(d) } else { 1.0 / d };
+        let magnitude = direction.abs();
+        let z = if magnitude.x > magnitude.y && magnitude.x > magnitude.z {
+            0
+        } else if magnitude.y > magnitude.z {
+            1
+        } else {
+            2
+        };
+        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
+        if direction[z] < 0.0 {
+            (x, y) = (y, x);
+        }
+        let shear = Vec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
+        let inverse = Vec3::new(invert(direction.x), invert(direction.y), invert(direction.z));
+        Self { origin, inverse, axes: [x, y, z], shear }
+    }
+
+    /// Where the ray is inside a box: `(enter, leave)`, inside when `enter <= leave`.
+    #[inline]
+    fn slab(&self, min: Vec3, max: Vec3) -> (f32, f32) {
+        let a = (min - self.origin) * self.inverse;
+        let b = (max - self.origin) * self.inverse;
+        (a.min(b).max_element(), a.max(b).min_element() * SLAB)
+    }
+
+    /// Distance and the weights of the second and third vertex where the ray meets a triangle, from either side.
+    ///
+    /// Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013: rays never slip between two triangles
+    /// that share an edge, nor between those around a vertex.
+    #[inline]
+    pub(crate) fn triangle(&self, vertices: &[Vec3; 3]) -> Option<(f32, f32, f32)> {
+        let [x, y, z] = self.axes;
+        let [a, b, c] = vertices.map(|vertex| vertex - self.origin);
+        let sheared = |v: Vec3| (v[x] - self.shear.x * v[z], v[y] - self.shear.y * v[z]);
+        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(a), sheared(b), sheared(c));
+        let mut u = cx * by - cy * bx;
+        let mut v = ax * cy - ay * cx;
+        let mut w = bx * ay - by * ax;
+        if u == 0.0 || v == 0.0 || w == 0.0 {
+            // On an edge to within rounding: decide with the products exact.
+            let cross = |px: f32, py: f32, qx: f32, qy: f32| {
+                (f64::from(px) * f64::from(qy) - f64::from(py) * f64::from(qx)) as f32
+            };
+            u = cross(cx, cy, bx, by);
+            v = cross(ax, ay, cx, cy);
+            w = cross(bx, by, ax, ay);
+        }
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let determinant = u + v + w;
+        let t = (u * a[z] + v * b[z] + w * c[z]) * self.shear.z / determinant;
+        // Also false for the not-a-number of a triangle seen edge on.
+        t.is_finite().then(|| (t, v / determinant, w / determinant))
+    }
+}
+
+/// Nodes still to visit. Hierarchies of sane scenes stay within the array.
+struct Stack {
+    array: [u32; 64],
+    length: usize,
+    spill: Vec<u32>,
+}
+
+impl Stack {
+    const fn new() -> Self {
+        Self { array: [0; 64], length: 0, spill: Vec::new() }
+    }
+
+    #[inline]
+    fn push(&mut self, node: u32) {
+        if let Some(slot) = self.array.get_mut(self.length) {
+            *slot = node;
+            self.length += 1;
+        } else {
+            self.spill.push(node);
+        }
+    }
+
+    #[inline]
+    fn pop(&mut self) -> Option<u32> {
+        if let Some(node) = self.spill.pop() {
+            return Some(node);
+        }
+        self.length = self.length.checked_sub(1)?;
+        Some(self.array[self.length])
+    }
+}
+
+impl Bvh {
+    /// Builds over boxes, and returns the order in which their triangles must be stored.
+    pub(crate) fn build(boxes: impl ExactSizeIterator<Item = (Vec3, Vec3)>) -> (Self, Vec<u32>) {
+        let boxes: Vec<BuildBox> =
+            boxes.map(|(min, max)| BuildBox { min: min.to_array().into(), max: max.to_array().into() }).collect();
+        let indices = (0..boxes.len() as u32).collect();
+        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
+            PlocSearchDistance::Medium,
+            &boxes,
+            indices,
+            SortPrecision::U64,
+            3,
+        );
+        let mut optimizer = ReinsertionOptimizer::default();
+        optimizer.run(&mut tree, 0.05, None);
+        collapse(&mut tree, LEAF_SIZE, 2.0);
+        optimizer.run(&mut tree, 0.1, None);
+        (Self::from_tree(&tree), tree.primitive_indices)
+    }
+
+    fn from_tree(tree: &Bvh2) -> Self {
+        let Some(root) = tree.nodes.first() else { return Self::default() };
+        if root.is_leaf() {
+            return Self { pairs: Vec::new(), single_leaf: root.prim_count };
+        }
+        // Breadth first: the top of the tree, which every ray visits, lies together.
+        let mut pairs = Vec::with_capacity(tree.nodes.len() / 2);
+        let mut queue = vec![root.first_index];
+        let mut next = 0;
+        while next < queue.len() {
+            let left = queue[next] as usize;
+            next += 1;
+            let mut pair = Pair { min: [Vec3::ZERO; 2], max: [Vec3::ZERO; 2], first: [0; 2], count: [0; 2] };
+            for (side, node) in tree.nodes[left..=left + 1].iter().enumerate() {
+                pair.min[side] = Vec3::from_array(node.aabb().min.to_array());
+                pair.max[side] = Vec3::from_array(node.aabb().max.to_array());
+                pair.count[side] = node.prim_count;
+                pair.first[side] = if node.is_leaf() {
+                    node.first_index
+                } else {
+                    queue.push(node.first_index);
+                    queue.len() as u32 - 1
+                };
+            }
+            pairs.push(pair);
+        }
+        Self { pairs, single_leaf: 0 }
+    }
+
+    /// Visits every leaf that the ray may meet between `near` and a far end, roughly front to back. `visit` takes the
+    /// leaf's first triangle and count, and returns the far end from then on; a negative one ends the walk.
+    #[inline]
+    pub(crate) fn walk(&self, ray: &Ray, near: f32, mut far: f32, mut visit: impl FnMut(u32, u32) -> f32) {
+        if self.pairs.is_empty() {
+            if self.single_leaf > 0 {
+                visit(0, self.single_leaf);
+            }
+            return;
+        }
+        let mut stack = Stack::new();
+        let mut current = 0;
+        loop {
+            let pair = &self.pairs[current as usize];
+            let spans = [0, 1].map(|side| ray.slab(pair.min[side], pair.max[side]));
+            let nearer = usize::from(spans[1].0 < spans[0].0);
+            let mut down = None;
+            for side in [nearer, 1 - nearer] {
+                let (enter, leave) = spans[side];
+                if !(enter.max(near) <= leave.min(far)) {
+                    continue;
+                }
+                if pair.count[side] > 0 {
+                    far = visit(pair.first[side], pair.count[side]);
+                    if far < 0.0 {
+                        return;
+                    }
+                } else if down.is_none() {
+                    down = Some(pair.first[side]);
+                } else {
+                    stack.push(pair.first[side]);
+                }
+            }
+            let Some(node) = down.or_else(|| stack.pop()) else { return };
+            current = node;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A fixed sequence of numbers in −1..1.
+    fn random(seed: u32) -> impl FnMut() -> f32 {
+        let mut state = seed;
+        move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        }
+    }
+
+    fn boxes(triangles: &[[Vec3; 3]]) -> impl ExactSizeIterator<Item = (Vec3, Vec3)> {
+        triangles.iter().map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
+    }
+
+    fn nearest(triangles: impl Iterator<Item = [Vec3; 3]>, ray: &Ray) -> Option<f32> {
+        triangles.filter_map(|triangle| ray.triangle(&triangle)).map(|hit| hit.0).filter(|t| *t > 0.0).reduce(f32::min)
+    }
+
+    #[test]
+    fn the_walk_finds_the_hits_that_testing_every_triangle_finds() {
+        let mut next = random(7);
+        let mut point = move |scale: f32| Vec3::new(next(), next(), next()) * scale;
+        for count in [0, 1, 3, 40, 2000] {
+            let triangles: Vec<[Vec3; 3]> = (0..count)
+                .map(|_| {
+                    let corner = point(1.0);
+                    [corner, corner + point(0.2), corner + point(0.2)]
+                })
+                .collect();
+            let (bvh, order) = Bvh::build(boxes(&triangles));
+            assert_eq!(order.len(), triangles.len());
+            for sample in 0..500 {
+                // Every third ray runs along an axis, where slabs divide by zero.
+                let direction = if sample % 3 == 0 { Vec3::AXES[sample % 9 / 3] } else { point(1.0) };
+                let ray = Ray::new(point(2.0), direction);
+                let mut found: Option<f32> = None;
+                bvh.walk(&ray, 0.0, f32::INFINITY, |first, length| {
+                    let leaf = order[first as usize..(first + length) as usize].iter();
+                    let hit = nearest(leaf.map(|index| triangles[*index as usize]), &ray);
+                    found = [found, hit].into_iter().flatten().reduce(f32::min);
+                    found.unwrap_or(f32::INFINITY)
+                });
+                assert_eq!(found, nearest(triangles.iter().copied(), &ray));
+            }
+        }
+    }
+
+    #[test]
+    fn no_ray_slips_through_the_edges_of_a_fan_of_slivers() {
+        // A disc of 400 slivers around a point, aimed at exactly along edges and at the hub.
+        let rim = |i: usize| {
+            let angle = i as f32 / 400.0 * std::f32::consts::TAU;
+            Vec3::new(angle.cos(), angle.sin(), 0.1 * (5.0 * angle).sin())
+        };
+        let triangles: Vec<[Vec3; 3]> = (0..400).map(|i| [Vec3::ZERO, rim(i), rim((i + 1) % 400)]).collect();
+        let eye = Vec3::new(0.3, -0.2, 3.7);
+        let through = |target: Vec3| nearest(triangles.iter().copied(), &Ray::new(eye, target - eye)).is_some();
+        assert!(through(Vec3::ZERO));
+        for i in 0..400 {
+            for step in 1..50 {
+                assert!(through(rim(i) * (step as f32 / 50.0)), "spoke {i} at {step}/50");
+            }
+        }
+    }
+
+    #[test]
+    fn degenerate_and_edge_on_triangles_are_not_hit() {
+        let ray = Ray::new(Vec3::ZERO, Vec3::Z);
+        let flat = [Vec3::new(0.0, -1.0, 1.0), Vec3::new(0.0, 1.0, 1.0), Vec3::new(0.0, 0.0, 2.0)];
+        assert_eq!(ray.triangle(&flat), None);
+        assert_eq!(ray.triangle(&[Vec3::Z; 3]), None);
+    }
+}
