@@ -9,6 +9,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod check;
 mod diagnostics;
 pub mod document;
 mod file;
@@ -17,6 +18,7 @@ mod read;
 mod text;
 mod write;
 
+pub use check::check;
 pub use diagnostics::{Finding, Position, ReadError, Severity};
 pub use document::Document;
 pub use file::{FileError, read_bytes, read_file, write_bytes, write_file};
