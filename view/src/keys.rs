@@ -1,0 +1,77 @@
+//! Keys to actions, and keys held down to flight.
+
+use egui::{Context, InputState, Key, Modifiers};
+use glam::Vec3;
+
+use crate::eye::Side;
+use crate::model::Action;
+
+/// Scene radii a second.
+const FLIGHT: f32 = 0.8;
+const FAST: f32 = 4.0;
+
+const PRESSED: [(Key, Action); 26] = [
+    (Key::F, Action::Fit),
+    (Key::Home, Action::Fit),
+    (Key::Num1, Action::LookFrom(Side::Front)),
+    (Key::Num2, Action::LookFrom(Side::Back)),
+    (Key::Num3, Action::LookFrom(Side::Left)),
+    (Key::Num4, Action::LookFrom(Side::Right)),
+    (Key::Num5, Action::LookFrom(Side::Top)),
+    (Key::Num6, Action::LookFrom(Side::Bottom)),
+    (Key::Num7, Action::LookFrom(Side::Corner)),
+    (Key::O, Action::Orthographic),
+    (Key::L, Action::NextLayer),
+    (Key::X, Action::Wireframe),
+    (Key::N, Action::Normals),
+    (Key::B, Action::Bounds),
+    (Key::K, Action::Hulls),
+    (Key::Space, Action::PlayPause),
+    (Key::Comma, Action::Step(-1)),
+    (Key::Period, Action::Step(1)),
+    (Key::P, Action::Screenshot),
+    (Key::F12, Action::Screenshot),
+    (Key::R, Action::Reload),
+    (Key::T, Action::Panels),
+    (Key::H, Action::Help),
+    (Key::F1, Action::Help),
+    (Key::Q, Action::Quit),
+    (Key::Escape, Action::Quit),
+];
+
+/// What the keys of this frame ask for. Nothing while text is typed.
+pub(crate) fn actions(context: &Context) -> Vec<Action> {
+    if context.egui_wants_keyboard_input() {
+        return Vec::new();
+    }
+    context.input_mut(|input| {
+        let mut actions = Vec::new();
+        if input.consume_key(Modifiers::COMMAND, Key::S) {
+            actions.push(Action::Save);
+        }
+        for (key, action) in PRESSED {
+            if input.consume_key(Modifiers::NONE, key) {
+                actions.push(action);
+            }
+        }
+        actions
+    })
+}
+
+/// How far the keys held down fly in `seconds`: right, up, forward.
+pub(crate) fn flight(context: &Context, seconds: f32) -> Vec3 {
+    if context.egui_wants_keyboard_input() {
+        return Vec3::ZERO;
+    }
+    context.input(|input| {
+        if input.modifiers.command || input.modifiers.alt {
+            return Vec3::ZERO;
+        }
+        let axis = |input: &InputState, plus: Key, minus: Key| {
+            f32::from(u8::from(input.key_down(plus))) - f32::from(u8::from(input.key_down(minus)))
+        };
+        let direction =
+            Vec3::new(axis(input, Key::D, Key::A), axis(input, Key::E, Key::C), axis(input, Key::W, Key::S));
+        direction * seconds * FLIGHT * if input.modifiers.shift { FAST } else { 1.0 }
+    })
+}

@@ -1,0 +1,481 @@
+//! What the window shows and what the user changed in it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use aam_renderer::{FrameStats, Msaa, Overlays, RenderOptions, Renderer, Shape, Show, Target};
+use aam_scene::{Aabb, Background, Layer, Light, NodeId, Scene, View};
+use glam::Affine3A;
+
+use crate::eye::{Eye, Side};
+use crate::load::Loader;
+use crate::playback::Playback;
+use crate::watch::Watch;
+use crate::{Opened, Options, Saver, pose, screenshot};
+
+/// How long a message stays.
+const NOTICE: Duration = Duration::from_secs(6);
+
+/// What a key, button or menu asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Action {
+    Fit,
+    LookFrom(Side),
+    LookThrough(usize),
+    Orthographic,
+    NextLayer,
+    Wireframe,
+    Normals,
+    Bounds,
+    Hulls,
+    PlayPause,
+    Step(isize),
+    Save,
+    Screenshot,
+    Reload,
+    Panels,
+    Help,
+    Quit,
+}
+
+/// What is drawn beside the scene itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Display {
+    pub(crate) show: Show,
+    pub(crate) wireframe: bool,
+    pub(crate) normals: bool,
+    pub(crate) bounds: bool,
+    pub(crate) hulls: bool,
+}
+
+/// What is kept over a reload because the user changed it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Edited {
+    lights: bool,
+    background: bool,
+    shading: bool,
+    visibility: bool,
+}
+
+/// A message at the bottom.
+pub(crate) struct Notice {
+    pub(crate) text: String,
+    pub(crate) bad: bool,
+    until: Instant,
+}
+
+/// All that the window shows.
+pub(crate) struct Model {
+    loader: Loader,
+    saver: Saver,
+    msaa: Msaa,
+    pub(crate) formats: String,
+    wake_changed: Arc<dyn Fn() + Send + Sync>,
+    watch: Option<Watch>,
+    /// The file that is shown, or that could not be.
+    pub(crate) path: Option<PathBuf>,
+    /// The last that could be read.
+    pub(crate) opened: Option<Opened>,
+    /// Counts what was opened, for caches.
+    pub(crate) generation: u64,
+    /// Why the file on disk is not what is shown.
+    pub(crate) problem: Option<String>,
+    notice: Option<Notice>,
+    pub(crate) eye: Eye,
+    pub(crate) display: Display,
+    pub(crate) playback: Playback,
+    pub(crate) selected: Option<NodeId>,
+    edited: Edited,
+    pub(crate) unsaved: bool,
+    asked_to_quit: Option<Instant>,
+    /// The picture is not what it should be.
+    pub(crate) stale: bool,
+    pub(crate) stats: FrameStats,
+    /// Width over height of the picture.
+    pub(crate) aspect: f32,
+    outlines: Option<(u64, usize, Option<Arc<Shape>>)>,
+}
+
+impl Model {
+    pub(crate) fn new(
+        options: &Options,
+        wake: Arc<dyn Fn() + Send + Sync>,
+        wake_changed: Arc<dyn Fn() + Send + Sync>,
+    ) -> Self {
+        let scene = Scene::default();
+        let mut model = Self {
+            loader: Loader::new(Arc::clone(&options.opener), wake),
+            saver: Arc::clone(&options.saver),
+            msaa: options.msaa,
+            formats: options.formats.clone(),
+            wake_changed,
+            watch: None,
+            path: None,
+            opened: None,
+            generation: 0,
+            problem: None,
+            notice: None,
+            eye: Eye::new(scene.up, Aabb::EMPTY, 1.5),
+            display: Display::default(),
+            playback: Playback::default(),
+            selected: None,
+            edited: Edited::default(),
+            unsaved: false,
+            asked_to_quit: None,
+            stale: true,
+            stats: FrameStats::default(),
+            aspect: 1.5,
+            outlines: None,
+        };
+        if let Some(file) = &options.file {
+            model.open(file);
+        }
+        model
+    }
+
+    /// Starts to open another file.
+    pub(crate) fn open(&mut self, path: &Path) {
+        self.loader.start(path, false);
+    }
+
+    /// Starts to read the file again.
+    pub(crate) fn reload(&mut self) {
+        if let Some(path) = self.path.clone() {
+            self.loader.start(&path, true);
+        }
+    }
+
+    /// The file being opened, and the step.
+    pub(crate) fn loading(&self) -> Option<(&Path, String)> {
+        self.loader.stage()
+    }
+
+    /// Takes over what was opened meanwhile.
+    pub(crate) fn take_finished(&mut self) {
+        let Some(finished) = self.loader.finished() else { return };
+        let follow_anyway = finished.result.is_err();
+        match finished.result {
+            Ok(mut opened) => {
+                self.problem = None;
+                if finished.reload {
+                    self.carry_over(&mut opened);
+                } else {
+                    self.edited = Edited::default();
+                    self.unsaved = false;
+                    self.selected = None;
+                    self.playback = Playback { playing: opened.scene.animation.is_some(), frame: 0.0 };
+                }
+                let bounds = opened.scene.bounds();
+                if finished.reload && self.opened.is_some() {
+                    self.eye.set_bounds(opened.scene.up, bounds);
+                    self.say("Read again, as the file changed.");
+                } else {
+                    self.eye = Eye::new(opened.scene.up, bounds, self.aspect);
+                }
+                self.follow(&finished.path, &opened);
+                self.opened = Some(opened);
+                self.generation += 1;
+                self.stale = true;
+            }
+            Err(reason) => self.problem = Some(reason),
+        }
+        let changed_file = self.path.as_ref() != Some(&finished.path);
+        self.path = Some(finished.path);
+        if follow_anyway && (changed_file || self.watch.is_none()) {
+            // So that mending the file shows it.
+            if let Some(path) = self.path.clone() {
+                self.follow(&path, &Opened::default());
+            }
+        }
+    }
+
+    /// Lights, background and visibility that the user set outlive a reload.
+    fn carry_over(&mut self, opened: &mut Opened) {
+        let Some(before) = &self.opened else { return };
+        if self.edited.lights {
+            opened.scene.lights.clone_from(&before.scene.lights);
+        }
+        if self.edited.background {
+            opened.scene.background = before.scene.background.clone();
+        }
+        if self.edited.shading {
+            opened.scene.shading = before.scene.shading;
+        }
+        let same_name = |scene: &Scene, name: &str| scene.nodes.iter().position(|node| node.name == name);
+        if self.edited.visibility {
+            for node in before.scene.nodes.iter().filter(|node| !node.visible) {
+                if let Some(index) = same_name(&opened.scene, &node.name) {
+                    opened.scene.nodes[index].visible = false;
+                }
+            }
+        }
+        self.selected = self
+            .selected
+            .and_then(|id| before.scene.nodes.get(id.index()))
+            .and_then(|node| same_name(&opened.scene, &node.name))
+            .map(|index| NodeId(index as u32));
+    }
+
+    fn follow(&mut self, path: &Path, opened: &Opened) {
+        let mut files = vec![path.to_owned()];
+        files.extend(opened.sources.iter().cloned());
+        files.extend(opened.scene.textures.iter().filter_map(|texture| texture.path.clone()));
+        let wake = Arc::clone(&self.wake_changed);
+        match Watch::new(&files, move || wake()) {
+            Ok(watch) => self.watch = Some(watch),
+            Err(reason) => {
+                self.watch = None;
+                self.complain(format!("changes of the file will not be seen: {reason}"));
+            }
+        }
+    }
+
+    /// Shows a message for a while.
+    pub(crate) fn say(&mut self, text: impl Into<String>) {
+        self.notice = Some(Notice { text: text.into(), bad: false, until: Instant::now() + NOTICE });
+    }
+
+    /// Shows what went wrong for a while.
+    pub(crate) fn complain(&mut self, text: impl Into<String>) {
+        self.notice = Some(Notice { text: text.into(), bad: true, until: Instant::now() + NOTICE });
+    }
+
+    /// The message, and for how long it stays.
+    pub(crate) fn notice(&self) -> Option<(&Notice, Duration)> {
+        let notice = self.notice.as_ref()?;
+        let left = notice.until.checked_duration_since(Instant::now())?;
+        Some((notice, left))
+    }
+
+    /// The frame of the animation that is shown.
+    pub(crate) fn frame(&self) -> usize {
+        let animation = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref());
+        animation.map_or(0, |animation| self.playback.index(animation))
+    }
+
+    /// Node to world at the shown frame.
+    pub(crate) fn world(&self) -> Vec<Affine3A> {
+        self.opened.as_ref().map_or_else(Vec::new, |opened| pose::world_at(&opened.scene, self.frame()))
+    }
+
+    /// Does what was asked for, except [`Action::Screenshot`], [`Action::Panels`], [`Action::Help`] and
+    /// [`Action::Quit`], which are the window's.
+    pub(crate) fn act(&mut self, action: Action) {
+        match action {
+            Action::Fit => self.fit(),
+            Action::LookFrom(side) => {
+                self.eye.look_from(side);
+                self.stale = true;
+            }
+            Action::LookThrough(index) => {
+                if let Some(camera) = self.opened.as_ref().and_then(|opened| opened.scene.cameras.get(index)) {
+                    self.eye.look_through(camera);
+                    self.stale = true;
+                }
+            }
+            Action::Orthographic => {
+                self.eye.toggle_orthographic();
+                self.stale = true;
+            }
+            Action::NextLayer => {
+                self.display.show = match self.display.show {
+                    Show::Lit => Show::Layer(Layer::Diffuse),
+                    Show::Layer(Layer::Diffuse) => Show::Layer(Layer::LightMap),
+                    Show::Layer(Layer::LightMap) => Show::Layer(Layer::Normal),
+                    Show::Layer(Layer::Normal) => Show::Layer(Layer::Displacement),
+                    _ => Show::Lit,
+                };
+                self.stale = true;
+            }
+            Action::Wireframe => self.toggle(|display| &mut display.wireframe),
+            Action::Normals => self.toggle(|display| &mut display.normals),
+            Action::Bounds => self.toggle(|display| &mut display.bounds),
+            Action::Hulls => {
+                self.toggle(|display| &mut display.hulls);
+                if self.display.hulls && self.opened.as_ref().is_some_and(|opened| opened.outlines.is_empty()) {
+                    self.say("This file has no collision shapes.");
+                }
+            }
+            Action::PlayPause => self.playback.playing = !self.playback.playing,
+            Action::Step(by) => {
+                if let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) {
+                    self.playback.step(animation, by);
+                    self.stale = true;
+                }
+            }
+            Action::Save => self.save(),
+            Action::Reload => self.reload(),
+            Action::Screenshot | Action::Panels | Action::Help | Action::Quit => {}
+        }
+    }
+
+    fn toggle(&mut self, which: impl FnOnce(&mut Display) -> &mut bool) {
+        let value = which(&mut self.display);
+        *value = !*value;
+        self.stale = true;
+    }
+
+    /// Shows all of the selected object, or of everything.
+    fn fit(&mut self) {
+        let Some(opened) = &self.opened else { return };
+        let selected = self.selected.map(|id| pose::bounds_below(&opened.scene, &self.world(), id));
+        let bounds = selected.filter(|bounds| !bounds.is_empty()).unwrap_or_else(|| opened.scene.bounds());
+        self.eye.fit(bounds, self.aspect);
+        self.stale = true;
+    }
+
+    /// Lets time pass for the animation; true while it plays.
+    pub(crate) fn advance(&mut self, time: Duration) -> bool {
+        let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) else {
+            return false;
+        };
+        self.stale |= self.playback.advance(animation, time);
+        self.playback.playing && animation.frame_count > 1
+    }
+
+    /// The user changed the lights.
+    pub(crate) fn set_lights(&mut self, lights: Vec<Light>) {
+        if let Some(opened) = &mut self.opened {
+            opened.scene.lights = lights;
+            self.edited.lights = true;
+            self.touched();
+        }
+    }
+
+    /// The user changed the background.
+    pub(crate) fn set_background(&mut self, background: Background) {
+        if let Some(opened) = &mut self.opened {
+            opened.scene.background = background;
+            self.edited.background = true;
+            self.touched();
+        }
+    }
+
+    /// The user changed on which values lighting computes.
+    pub(crate) fn set_shading(&mut self, shading: aam_scene::Shading) {
+        if let Some(opened) = &mut self.opened {
+            opened.scene.shading = shading;
+            self.edited.shading = true;
+            self.touched();
+        }
+    }
+
+    /// The user showed or hid an object.
+    pub(crate) fn visibility_changed(&mut self) {
+        self.edited.visibility = true;
+        self.touched();
+    }
+
+    fn touched(&mut self) {
+        self.unsaved = true;
+        self.stale = true;
+    }
+
+    fn save(&mut self) {
+        let (Some(path), Some(opened)) = (&self.path, &self.opened) else { return };
+        match (self.saver)(path, &opened.scene, &self.eye.camera()) {
+            Ok(saved) => {
+                if saved == *path {
+                    // From now on the file itself says so.
+                    self.edited = Edited::default();
+                }
+                self.unsaved = false;
+                self.say(format!("Saved {}", saved.display()));
+            }
+            Err(reason) => self.complain(reason),
+        }
+    }
+
+    /// True if the window may close; unsaved changes ask once.
+    pub(crate) fn may_quit(&mut self) -> bool {
+        let asked = self.asked_to_quit.is_some_and(|when| when.elapsed() < NOTICE);
+        if !self.unsaved || asked {
+            return true;
+        }
+        self.asked_to_quit = Some(Instant::now());
+        self.complain("Not saved: Ctrl S saves, the same key again closes without saving.");
+        false
+    }
+
+    fn options(&mut self) -> RenderOptions {
+        let mut shapes = Vec::new();
+        let world = self.world();
+        if let (Some(opened), Some(id)) = (&self.opened, self.selected) {
+            shapes.extend(pose::selection_shape(&pose::bounds_below(&opened.scene, &world, id)));
+        }
+        let mut normals = None;
+        if let Some(opened) = &self.opened {
+            if self.display.hulls {
+                let key = (self.generation, self.frame());
+                if self.outlines.as_ref().is_none_or(|(generation, frame, _)| (*generation, *frame) != key) {
+                    self.outlines = Some((key.0, key.1, pose::outline_shape(&opened.outlines, &world)));
+                }
+                shapes.extend(self.outlines.as_ref().and_then(|(_, _, shape)| shape.clone()));
+            }
+            if self.display.normals {
+                normals = Some(0.02 * opened.scene.bounds().diagonal());
+            }
+        }
+        RenderOptions {
+            msaa: self.msaa,
+            show: self.display.show,
+            overlays: Overlays { wireframe: self.display.wireframe, normals, bounds: self.display.bounds, shapes },
+            ..RenderOptions::default()
+        }
+    }
+
+    fn view(&self, width: u32, height: u32) -> View {
+        View { camera: self.eye.camera(), width, height, frame: self.frame() as f32 }
+    }
+
+    /// Draws the picture.
+    pub(crate) fn draw(&mut self, renderer: &mut Renderer, target: &Target<'_>, width: u32, height: u32) {
+        self.stale = false;
+        let options = self.options();
+        let view = self.view(width, height);
+        let Some(opened) = &self.opened else { return };
+        match renderer.render(&opened.scene, &view, &options, target) {
+            Ok(stats) => {
+                if let Some(warning) = stats.warnings.first() {
+                    let warning = warning.clone();
+                    self.complain(warning);
+                }
+                self.stats = stats;
+            }
+            Err(error) => self.problem = Some(error.to_string()),
+        }
+    }
+
+    /// Writes a picture of the view to the current folder.
+    pub(crate) fn screenshot(&mut self, renderer: &mut Renderer, width: u32, height: u32) {
+        let options = self.options();
+        let view = self.view(width, height);
+        let Some(opened) = &self.opened else { return };
+        let name = self.path.as_deref().map_or_else(|| "view".into(), file_name);
+        let stem = name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("view");
+        let saved = renderer
+            .render_to_image(&opened.scene, &view, &options)
+            .map_err(|error| error.to_string())
+            .and_then(|(picture, _)| screenshot::save(Path::new("."), stem, &picture));
+        match saved {
+            Ok(path) => self.say(format!("Picture saved as {}", file_name(&path))),
+            Err(reason) => self.complain(format!("no picture: {reason}")),
+        }
+    }
+
+    /// The window's title.
+    pub(crate) fn title(&self) -> String {
+        let mark = if self.unsaved { "• " } else { "" };
+        match (&self.path, self.loading()) {
+            (_, Some((path, _))) => format!("{} … – aam", file_name(path)),
+            (Some(path), None) => format!("{mark}{} – aam", file_name(path)),
+            (None, None) => "aam".into(),
+        }
+    }
+}
+
+/// The last part of a path, for people.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
