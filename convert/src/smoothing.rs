@@ -1,7 +1,22 @@
 //! Smoothing masks that give authored normals back, or explicit normals where no masks do.
+//!
+//! A mask says with which faces a face is smooth, and the format's rule makes normals of that: at a corner, the
+//! unweighted mean of the unit normals of the faces at that vertex *index* whose masks overlap the corner's own, its own
+//! face always included; mask 0 overlaps nothing. This module goes the other way: `relation` finds which faces must be
+//! smooth with which, `coloring` gives them bits so that exactly those overlap, and the result is verified by the rule.
+
+mod coloring;
+mod relation;
+mod surface;
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
+
+use aam::document::Triangle;
+use aam::meaning::{SmoothingRule, corner_normals as corner_normals_of};
+use glam::DVec3;
+
+use surface::{Surface, angle};
 
 /// What [`recover`] found for one object.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,9 +47,7 @@ pub struct ExplicitNormals {
 
 /// Finds smoothing masks whose normals are the authored ones, or the explicit normals that must be written instead.
 ///
-/// A mask's normals follow the format's rule: at a corner, the unweighted mean of the unit normals of the faces at that
-/// vertex *index* whose masks overlap the corner's own (its own face always included; mask 0 overlaps nothing). So the
-/// caller welds vertices of equal position first, or nothing is smooth across them.
+/// The caller welds vertices of equal position first, for nothing is smooth across different indices.
 ///
 /// `corner_normals` has one triple for each triangle and need not be unit; a zero or non-finite normal asks for nothing.
 /// Triangles that are degenerate or name vertices that are not there have no normal and are left out. The tolerance is
@@ -49,22 +62,61 @@ pub fn recover(
     tolerance_degrees: f32,
 ) -> Recovered {
     assert_eq!(triangles.len(), corner_normals.len(), "one triple of normals for each triangle");
-    let _ = (vertices, tolerance_degrees);
-    let explicit = deduplicated(corner_normals);
-    Recovered {
-        masks: vec![0; triangles.len()],
-        explicit_bytes: text_bytes(&explicit),
-        explicit: Some(explicit),
-        ..Recovered::default()
+    let tolerance = f64::from(tolerance_degrees.max(0.0)).to_radians().max(MEASURABLE);
+    let surface = Surface::new(vertices, triangles);
+    let authored: Vec<DVec3> = corner_normals.iter().flatten().map(unit_or_zero).collect();
+
+    let relation = relation::find(&surface, triangles, &authored, tolerance);
+    let masks = coloring::color(&surface, triangles, &relation);
+    let masks: Vec<i32> = masks.into_iter().map(u32::cast_signed).collect();
+    let masked: Vec<Triangle> =
+        triangles.iter().zip(&masks).map(|(&vertices, &smoothing)| Triangle { vertices, smoothing }).collect();
+    let by_masks: Vec<DVec3> = corner_normals_of(vertices, &masked, SmoothingRule::Masks)
+        .iter()
+        .flatten()
+        .map(|normal| normal.as_dvec3())
+        .collect();
+
+    let mut found = Recovered { masks, ..Recovered::default() };
+    let mut worst = 0.0_f64;
+    for (corner, (wanted, given)) in authored.iter().zip(&by_masks).enumerate() {
+        if *wanted != DVec3::ZERO && surface.normals[corner / 3] != DVec3::ZERO {
+            let off = angle(*wanted, *given);
+            worst = worst.max(off);
+            found.corners += 1;
+            found.corners_off += usize::from(off > tolerance);
+        }
     }
+    found.worst_degrees = worst.to_degrees() as f32;
+    if found.corners_off > 0 {
+        let explicit = explicit(&authored, &by_masks);
+        found.explicit_bytes = text_bytes(&explicit);
+        found.explicit = Some(explicit);
+    }
+    found
 }
 
-/// Equal normals once, in order of first use.
-fn deduplicated(corner_normals: &[[[f32; 3]; 3]]) -> ExplicitNormals {
+/// Angles in radians below this are rounding of `f32` positions and normals.
+const MEASURABLE: f64 = 2e-6;
+
+/// A unit normal is kept to the bit, so that recovering twice gives the same file.
+fn unit_or_zero(normal: &[f32; 3]) -> DVec3 {
+    let normal = DVec3::from(normal.map(f64::from));
+    if (normal.length_squared() - 1.0).abs() < 1e-6 {
+        return normal;
+    }
+    normal.try_normalize().unwrap_or(DVec3::ZERO)
+}
+
+/// The authored normals, or those of the masks at corners that have none; equal ones once, in order of first use.
+fn explicit(authored: &[DVec3], by_masks: &[DVec3]) -> ExplicitNormals {
     let mut explicit = ExplicitNormals::default();
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
-    for corners in corner_normals {
-        explicit.indices.push(corners.map(|normal| {
+    for (authored, by_masks) in authored.chunks_exact(3).zip(by_masks.chunks_exact(3)) {
+        explicit.indices.push([0, 1, 2].map(|at| {
+            let chosen = if authored[at] == DVec3::ZERO { by_masks[at] } else { authored[at] };
+            // Adding zero turns -0 into 0, so that equal normals are one.
+            let normal = chosen.as_vec3().to_array().map(|value| value + 0.0);
             *known.entry(normal.map(f32::to_bits)).or_insert_with(|| {
                 explicit.normals.push(normal);
                 (explicit.normals.len() - 1) as u32
@@ -90,3 +142,6 @@ fn text_bytes(explicit: &ExplicitNormals) -> u64 {
     }
     bytes
 }
+
+#[cfg(test)]
+mod tests;
