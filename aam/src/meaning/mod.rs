@@ -18,7 +18,10 @@ pub use bounds::Bounds;
 pub use materials::{LeafMaterial, Lookup, Materials, TextureLayer};
 pub use mesh::{ObjectMesh, ObjectSubset};
 pub use normals::{corner_normals, face_normal, frame_normals, object_normals};
-pub use pose::{Hierarchy, frame_range, frames_per_second, local_at, local_transform, object_locals, world_transforms};
+pub use pose::{
+    Hierarchy, Motion, frame_range, frames_per_second, has_local_coordinates, local_transform, object_motions,
+    world_transforms,
+};
 pub use smoothing::SmoothingRule;
 pub use summary::{MaterialSummary, ObjectSummary, Summary, TextureSummary};
 pub use tangents::tangents;
