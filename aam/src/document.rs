@@ -336,7 +336,7 @@ pub struct Object {
 /// A character object's place relative to its parent.
 ///
 /// A point goes from object to parent as `p_parent = (p ⊙ scale)·R + position`, with row vectors and the rows of `R`
-/// as written.
+/// as written. `Piv:` moves nothing. [`crate::meaning::local_transform`] says the rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeTransform {
     /// `Piv:`, position.
@@ -482,6 +482,22 @@ pub enum Track {
     RotationTcb(Vec<RotationTcb>),
     /// `RtIPA`: Euler angles X, Y, Z in radians.
     RotationEuler(Vec<RotationEuler>),
+}
+
+impl Track {
+    /// How many rows it has.
+    pub const fn key_count(&self) -> usize {
+        match self {
+            Self::PositionSampled(rows) => rows.len(),
+            Self::RotationSampled(rows) => rows.len(),
+            Self::ScaleSampled(rows) => rows.len(),
+            Self::PositionBezier(rows) => rows.len(),
+            Self::RotationBezier(rows) => rows.len(),
+            Self::ScaleBezier(rows) => rows.len(),
+            Self::RotationTcb(rows) => rows.len(),
+            Self::RotationEuler(rows) => rows.len(),
+        }
+    }
 }
 
 /// A `PsSam` row.
