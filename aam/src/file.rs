@@ -100,22 +100,48 @@ pub fn write_file(path: &Path, document: &Document, options: &WriteOptions) -> R
 /// # Errors
 /// [`FileError::Save`]; an earlier file of that name is then untouched.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let save = |source| FileError::Save { path: path.to_owned(), source };
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".aam-").suffix(".tmp");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As a plain `File::create` would give; the process umask applies.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    StagedFile::new(path, bytes)?.commit()
+}
+
+/// A file's new content, on disk beside it under a temporary name, so that several files can be written first and
+/// then appear together. Dropping it removes the temporary file.
+#[derive(Debug)]
+pub struct StagedFile {
+    path: PathBuf,
+    temporary: tempfile::NamedTempFile,
+}
+
+impl StagedFile {
+    /// Writes the bytes to a temporary file in the folder of `path`.
+    ///
+    /// # Errors
+    /// [`FileError::Save`].
+    pub fn new(path: &Path, bytes: &[u8]) -> Result<Self, FileError> {
+        let save = |source| FileError::Save { path: path.to_owned(), source };
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".aam-").suffix(".tmp");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // As a plain `File::create` would give; the process umask applies.
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let mut temporary = builder.tempfile_in(folder).map_err(save)?;
+        temporary.write_all(bytes).map_err(save)?;
+        temporary.as_file().sync_all().map_err(save)?;
+        Ok(Self { path: path.to_owned(), temporary })
     }
-    let mut temporary = builder.tempfile_in(folder).map_err(save)?;
-    temporary.write_all(bytes).map_err(save)?;
-    temporary.as_file().sync_all().map_err(save)?;
-    temporary.persist(path).map_err(|error| save(error.error))?;
-    Ok(())
+
+    /// Gives the file its name, in place of an earlier one.
+    ///
+    /// # Errors
+    /// [`FileError::Save`]; an earlier file of that name is then untouched.
+    pub fn commit(self) -> Result<(), FileError> {
+        let Self { path, temporary } = self;
+        temporary.persist(&path).map(drop).map_err(|error| FileError::Save { path, source: error.error })
+    }
 }

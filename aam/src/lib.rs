@@ -21,7 +21,7 @@ mod write;
 pub use check::check;
 pub use diagnostics::{Finding, Position, ReadError, Severity};
 pub use document::Document;
-pub use file::{FileError, read_bytes, read_file, write_bytes, write_file};
+pub use file::{FileError, StagedFile, read_bytes, read_file, write_bytes, write_file};
 pub use read::{Places, ReadOptions, ReadOutcome, read};
 pub use text::Text;
 pub use write::{WriteError, WriteOptions, write};
