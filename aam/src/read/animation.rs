@@ -6,7 +6,7 @@ use nom::combinator::cut;
 use super::context::{Block, Context};
 use super::fault::{Fault, Parsed, Rest};
 use super::number::{count, integer, skip_space};
-use super::tags::{field, fits, line_end, peek_word, reals, yes_or_no};
+use super::tags::{field, fits, peek_word, reals, yes_or_no};
 use crate::document::{
     Flagged, PositionBezier, PositionSample, RotationBezier, RotationEuler, RotationSample, RotationTcb, ScaleBezier,
     ScaleSample, Track,
@@ -51,8 +51,7 @@ fn keys<'a, K>(
     at: Rest<'a>,
     key: impl Fn(&Context<'a>, Rest<'a>) -> Parsed<'a, K>,
 ) -> Parsed<'a, Vec<K>> {
-    let (rest, n) = cut(count).parse(at)?;
-    let (mut rest, ()) = line_end(cx, rest)?;
+    let (mut rest, n) = cut(count).parse(at)?;
     fits(at, rest, n, "0 0 0 0 ".len(), "keys")?;
     let mut keys = Vec::new();
     for _ in 0..n {

@@ -304,12 +304,12 @@ fn list<'a, const N: usize>(
     rows(cx, at, rest, n, what)
 }
 
-/// Goes past the line end behind a list's count, after which binary data starts at once.
+/// Goes past the line end behind a list's count, after which binary data starts at once. Text rows may stand anywhere.
 fn bulk_start<'a>(cx: &Context<'a>, rest: Rest<'a>, n: usize) -> Result<Rest<'a>, nom::Err<Fault>> {
-    let (rest, ()) = line_end(cx, rest)?;
     if !cx.binary.get() || n == 0 {
         return Ok(rest);
     }
+    let (rest, ()) = line_end(cx, rest)?;
     match rest {
         [b'\r', b'\n', tail @ ..] | [b'\n', tail @ ..] => Ok(tail),
         _ => Fault::fatal(rest, "syntax/expected", "expected a line end (LF or CRLF) before binary data"),

@@ -130,8 +130,7 @@ fn convex<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Convex> {
     let (rest, number) = integer(rest)?;
     let (rest, _) = word("{").parse(rest)?;
     let (at, _) = word("V_List:").parse(rest)?;
-    let (rest, n) = count(at)?;
-    let (mut rest, ()) = line_end(cx, rest)?;
+    let (mut rest, n) = count(at)?;
     fits(at, rest, n, "0 0 0 ".len(), "vertices")?;
     let mut vertices = Vec::with_capacity(n);
     for _ in 0..n {
@@ -147,8 +146,7 @@ fn convex<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Convex> {
         vertices.push(vertex);
     }
     let (at, _) = word("I_List:").parse(rest)?;
-    let (rest, n) = count(at)?;
-    let (mut rest, ()) = line_end(cx, rest)?;
+    let (mut rest, n) = count(at)?;
     fits(at, rest, n, "I:0 0 0".len(), "triangles")?;
     let mut triangles = Vec::with_capacity(n);
     for _ in 0..n {

@@ -72,7 +72,7 @@ pub(crate) fn required<'a, T>(
         Err(nom::Err::Error(fault)) => {
             let at = &rest[rest.len() - fault.left.min(rest.len())..];
             match block.known(peek_word(at)) {
-                Some(known) if known != tag => {
+                Some(known) if known != tag && block.tags.last() != Some(&known) => {
                     Fault::fatal(skip_space(at), "syntax/tag-order", out_of_order(block, tag, known))
                 }
                 _ => Err(nom::Err::Failure(fault)),
