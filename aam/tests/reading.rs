@@ -170,7 +170,7 @@ fn errors_say_where_what_and_what_instead() {
         (
             "ENDGEOMETRY",
             "",
-            "67:1: error[syntax/expected]: expected `ENDGEOMETRY`, found the end of the file\n    | \n    | ^",
+            "68:1: error[syntax/expected]: expected `ENDGEOMETRY`, found the end of the file\n    | \n    | ^",
         ),
     ] {
         assert_eq!(refuse(changed(from, to).as_bytes()).1, text, "{from:?} → {to:?}");

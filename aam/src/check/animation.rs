@@ -40,7 +40,7 @@ fn unfitting(document: &Document) -> Option<&'static str> {
         (Some(Header::MeshMultiframe), mode) if mode != AnimationMode::Full => {
             Some("the header says multiframe, but `Animation_mode` is not `Full`")
         }
-        (Some(Header::Character | Header::Avatar), mode) if mode == AnimationMode::Full => {
+        (Some(Header::Character | Header::Avatar), AnimationMode::Full) => {
             Some("the header says character, but `Animation_mode` is `Full`")
         }
         (Some(Header::Mesh), AnimationMode::Keyframe) => {
