@@ -78,26 +78,16 @@ impl Ray {
     /// Distance and the weights of the second and third vertex where the ray meets a triangle, from either side.
     ///
     /// Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2013: rays never slip between two triangles
-    /// that share an edge, nor between those around a vertex.
+    /// that share an edge, nor between those around a vertex. As with a rasteriser's fill rule, neither do they meet
+    /// both, which would blend transparent surfaces twice along the edge.
     #[inline]
     pub(crate) fn triangle(&self, vertices: &[Vec3; 3]) -> Option<(f32, f32, f32)> {
         let [x, y, z] = self.axes;
         let [a, b, c] = vertices.map(|vertex| vertex - self.origin);
         let sheared = |v: Vec3| (v[x] - self.shear.x * v[z], v[y] - self.shear.y * v[z]);
-        let ((ax, ay), (bx, by), (cx, cy)) = (sheared(a), sheared(b), sheared(c));
-        let mut u = cx * by - cy * bx;
-        let mut v = ax * cy - ay * cx;
-        let mut w = bx * ay - by * ax;
-        if u == 0.0 || v == 0.0 || w == 0.0 {
-            // On an edge to within rounding: decide with the products exact.
-            let cross = |px: f32, py: f32, qx: f32, qy: f32| {
-                (f64::from(px) * f64::from(qy) - f64::from(py) * f64::from(qx)) as f32
-            };
-            u = cross(cx, cy, bx, by);
-            v = cross(ax, ay, cx, cy);
-            w = cross(bx, by, ax, ay);
-        }
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        let (p, q, r) = (sheared(a), sheared(b), sheared(c));
+        let ((u, right_of_u), (v, right_of_v), (w, right_of_w)) = (edge(r, q), edge(p, r), edge(q, p));
+        if right_of_u != right_of_v || right_of_v != right_of_w {
             return None;
         }
         let determinant = u + v + w;
@@ -105,6 +95,26 @@ impl Ray {
         // Also false for the not-a-number of a triangle seen edge on.
         t.is_finite().then(|| (t, v / determinant, w / determinant))
     }
+}
+
+/// Twice the area of the triangle (origin, p, q), and on which side of the edge from p to q the origin is. An origin on
+/// the edge is taken to be moved by (ε, ε²), so that it is on one side only.
+#[inline]
+fn edge(p: (f32, f32), q: (f32, f32)) -> (f32, bool) {
+    let area = p.0 * q.1 - p.1 * q.0;
+    if area != 0.0 {
+        return (area, area > 0.0);
+    }
+    // The products are exact in double precision.
+    let exact = f64::from(p.0) * f64::from(q.1) - f64::from(p.1) * f64::from(q.0);
+    let side = if exact != 0.0 {
+        exact > 0.0
+    } else if p.1 != q.1 {
+        p.1 > q.1
+    } else {
+        q.0 > p.0
+    };
+    (exact as f32, side)
 }
 
 /// Nodes still to visit. Hierarchies of sane scenes stay within the array.
@@ -207,7 +217,7 @@ impl Bvh {
             let mut down = None;
             for side in [nearer, 1 - nearer] {
                 let (enter, leave) = spans[side];
-                if !(enter.max(near) <= leave.min(far)) {
+                if enter.max(near) > leave.min(far) {
                     continue;
                 }
                 if pair.count[side] > 0 {
@@ -278,19 +288,35 @@ mod tests {
     }
 
     #[test]
-    fn no_ray_slips_through_the_edges_of_a_fan_of_slivers() {
-        // A disc of 400 slivers around a point, aimed at exactly along edges and at the hub.
+    fn rays_at_edges_and_vertices_meet_exactly_one_of_the_triangles_around() {
+        // A fan of slivers around a point, aimed at exactly: the hub, and along the spokes.
+        let eye = Vec3::new(0.3, -0.2, 3.7);
         let rim = |i: usize| {
             let angle = i as f32 / 400.0 * std::f32::consts::TAU;
             Vec3::new(angle.cos(), angle.sin(), 0.1 * (5.0 * angle).sin())
         };
-        let triangles: Vec<[Vec3; 3]> = (0..400).map(|i| [Vec3::ZERO, rim(i), rim((i + 1) % 400)]).collect();
-        let eye = Vec3::new(0.3, -0.2, 3.7);
-        let through = |target: Vec3| nearest(triangles.iter().copied(), &Ray::new(eye, target - eye)).is_some();
-        assert!(through(Vec3::ZERO));
+        let fan: Vec<[Vec3; 3]> = (0..400).map(|i| [Vec3::ZERO, rim(i), rim((i + 1) % 400)]).collect();
+        let met = |triangles: &[[Vec3; 3]], ray: &Ray| triangles.iter().filter(|t| ray.triangle(t).is_some()).count();
+        assert_eq!(met(&fan, &Ray::new(eye, -eye)), 1);
         for i in 0..400 {
             for step in 1..50 {
-                assert!(through(rim(i) * (step as f32 / 50.0)), "spoke {i} at {step}/50");
+                let target = rim(i) * (step as f32 / 50.0);
+                assert_eq!(met(&fan, &Ray::new(eye, target - eye)), 1, "spoke {i} at {step}/50");
+            }
+        }
+        // A grid of squares, seen straight on through all of its vertices, edges and diagonals.
+        let corner = |x: i32, y: i32| Vec3::new(x as f32, y as f32, 0.0);
+        let squares = (-4..4).flat_map(|x| (-4..4).map(move |y| (x, y)));
+        let grid: Vec<[Vec3; 3]> = squares
+            .flat_map(|(x, y)| {
+                let (a, b, c, d) = (corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1));
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        for (x, y) in (-8..=8).flat_map(|x| (-8..=8).map(move |y| (x, y))) {
+            let above = Vec3::new(0.25 * x as f32, 0.25 * y as f32, 2.0);
+            for direction in [Vec3::NEG_Z, Vec3::new(0.0, 0.5, -1.0)] {
+                assert_eq!(met(&grid, &Ray::new(above, direction)), 1, "{above} {direction}");
             }
         }
     }

@@ -78,18 +78,21 @@ pub(crate) struct Hits {
     hits: [Hit; HITS],
     length: usize,
     ends_opaque: bool,
-    /// True where more follow behind the last.
-    pub(crate) more: bool,
 }
 
 impl Hits {
     pub(crate) const fn new() -> Self {
         const NONE: Hit = Hit { t: 0.0, face: 0, weights: [0.0; 2], rank: 0 };
-        Self { hits: [NONE; HITS], length: 0, ends_opaque: false, more: false }
+        Self { hits: [NONE; HITS], length: 0, ends_opaque: false }
     }
 
     pub(crate) fn as_slice(&self) -> &[Hit] {
         &self.hits[..self.length]
+    }
+
+    /// True where something may follow behind the last.
+    pub(crate) fn may_go_on(&self) -> bool {
+        !self.ends_opaque && self.length == HITS
     }
 
     /// How far further hits can matter.
@@ -102,19 +105,20 @@ impl Hits {
     fn insert(&mut self, hit: Hit, opaque: bool) {
         let place = self.as_slice().iter().position(|known| hit.before(known)).unwrap_or(self.length);
         if place == self.length && (self.ends_opaque || self.length == HITS) {
-            self.more |= !self.ends_opaque;
-        } else if opaque {
-            self.hits[place] = hit;
-            (self.length, self.ends_opaque, self.more) = (place + 1, true, false);
-        } else {
-            if self.length == HITS {
-                (self.ends_opaque, self.more) = (false, true);
-            } else {
-                self.length += 1;
-            }
-            self.hits.copy_within(place..self.length - 1, place + 1);
-            self.hits[place] = hit;
+            return;
         }
+        if opaque {
+            self.hits[place] = hit;
+            (self.length, self.ends_opaque) = (place + 1, true);
+            return;
+        }
+        if self.length == HITS {
+            self.ends_opaque = false;
+        } else {
+            self.length += 1;
+        }
+        self.hits.copy_within(place..self.length - 1, place + 1);
+        self.hits[place] = hit;
     }
 }
 
@@ -255,7 +259,7 @@ mod tests {
             let rank = rank(index, !opaque);
             hits.insert(Hit { t: *t, face: 0, weights: [0.0; 2], rank }, *opaque);
         }
-        (hits.as_slice().iter().map(|hit| hit.t).collect(), hits.more)
+        (hits.as_slice().iter().map(|hit| hit.t).collect(), hits.may_go_on())
     }
 
     #[test]
@@ -269,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_list_keeps_the_nearest_and_says_that_there_are_more() {
+    fn a_full_list_keeps_the_nearest_and_says_that_there_may_be_more() {
         let mut all: Vec<(f32, bool)> = (0..HITS + 3).rev().map(|t| (t as f32, false)).collect();
         all.insert(2, (HITS as f32 + 0.5, true));
         let nearest: Vec<f32> = (0..HITS).map(|t| t as f32).collect();

@@ -172,7 +172,7 @@ impl Pixel<'_> {
                 }
             }
             last = hits.as_slice().last().copied();
-            if !hits.more {
+            if !hits.may_go_on() {
                 return sum + self.backdrop.at(at, self.rays, footprint) * through;
             }
         }

@@ -1,0 +1,184 @@
+//! Determinism, frames of animation, and input that should not be.
+
+mod common;
+
+use std::num::NonZeroUsize;
+use std::sync::{Arc, Mutex};
+
+use aam_reference::{Error, Options, render};
+use aam_scene::{
+    Animation, Falloff, Layer, LightKind, MeshFrame, NodeId, NodeMotion, Projection, Scene, Texture, View,
+};
+use common::*;
+use glam::{Affine3A, Vec2, Vec3};
+
+#[test]
+fn the_picture_does_not_depend_on_the_number_of_threads() {
+    let mut scene = scene(vec![sphere(40), quad(-0.5)], chalk(), point_light(1.0, 2.0, 3.0));
+    scene.materials[0].opacity = 0.7;
+    put_texture(&mut scene, Layer::Diffuse, image(37, 11, |x, y| [(7 * x) as u8, (23 * y) as u8, 90, 255]));
+    let view = from_above(77);
+    let pictures = [1, 2, 5].map(|threads| {
+        let threads = NonZeroUsize::new(threads);
+        draw_with(&scene, &view, &Options { shadows: true, threads, ..Options::default() }).bytes
+    });
+    assert!(pictures[0] == pictures[1] && pictures[0] == pictures[2]);
+}
+
+#[test]
+fn progress_ends_at_one() {
+    let seen = Mutex::new(Vec::new());
+    let note = |fraction: f32| seen.lock().unwrap().push(fraction);
+    let options = Options { progress: Some(&note), ..Options::default() };
+    let (_, stats) = render(&scene(vec![quad(0.0)], chalk(), straight_down()), &from_above(30), &options).unwrap();
+    let mut seen = seen.into_inner().unwrap();
+    seen.sort_by(f32::total_cmp);
+    assert!(seen.len() == 4 && seen[3] == 1.0 && seen[0] > 0.0, "{seen:?}");
+    assert_eq!(
+        (stats.triangles, stats.camera_rays, stats.shadow_rays, stats.camera_light),
+        (2, 30 * 30 * 16, 0, false)
+    );
+}
+
+#[test]
+fn frames_move_nodes_and_vertices_and_the_last_one_stays() {
+    let mut scene = scene(vec![quad(0.0)], glowing(1.0, 1.0, 1.0), straight_down());
+    let right = |x: f32| Affine3A::from_translation(Vec3::new(x, 0.0, 0.0));
+    scene.animation = Some(Animation {
+        frames_per_second: 30.0,
+        frame_count: 2,
+        nodes: vec![NodeMotion { node: NodeId(0), locals: vec![right(0.0), right(1.0)] }],
+    });
+    let mesh = Arc::make_mut(&mut scene.meshes[0]);
+    let up: Vec<Vec3> = mesh.positions.iter().map(|position| *position + Vec3::Y).collect();
+    mesh.frames = vec![
+        MeshFrame { positions: mesh.positions.clone(), normals: mesh.normals.clone() },
+        MeshFrame { positions: up, normals: mesh.normals.clone() },
+    ];
+    let quarters = |frame: f32| {
+        let picture = draw(&scene, &View { frame, ..from_above(2) }, 1);
+        [picture.at(0, 0)[3], picture.at(1, 0)[3], picture.at(0, 1)[3], picture.at(1, 1)[3]]
+    };
+    assert_eq!(quarters(0.9), [255, 255, 255, 255]);
+    assert_eq!(quarters(1.0), [0, 255, 0, 255]);
+    for frame in [2.0, 1e9, f32::INFINITY] {
+        assert_eq!(quarters(frame), [0, 255, 0, 0]);
+    }
+    for frame in [-3.0, f32::NAN] {
+        assert_eq!(quarters(frame), [255, 255, 255, 255]);
+    }
+}
+
+#[test]
+fn parents_carry_their_children() {
+    let mut scene = scene(vec![quad(0.0)], glowing(1.0, 1.0, 1.0), straight_down());
+    let mut parent = node(0, Affine3A::from_translation(Vec3::X));
+    parent.mesh = None;
+    scene.nodes.insert(0, parent.clone());
+    scene.nodes.insert(1, aam_scene::Node { parent: Some(NodeId(0)), ..parent });
+    scene.nodes[1].local = Affine3A::from_rotation_z(std::f32::consts::FRAC_PI_2);
+    scene.nodes[2].parent = Some(NodeId(1));
+    scene.nodes[2].local = Affine3A::from_translation(Vec3::new(-1.0, 0.0, 0.0));
+    // (−1, 0) turned by 90° is (0, −1), moved right is (1, −1).
+    let picture = draw(&scene, &from_above(2), 1);
+    assert_eq!([(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| picture.at(x, y)[3]), [0, 0, 0, 255]);
+}
+
+#[test]
+fn a_scene_without_lights_is_lit_from_the_camera_and_says_so() {
+    let mut scene = scene(vec![quad(0.0)], chalk(), straight_down());
+    scene.lights.clear();
+    let (_, stats) = render(&scene, &from_above(3), &Options::default()).unwrap();
+    assert!(stats.camera_light);
+    assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [255; 4]);
+}
+
+#[test]
+fn impossible_requests_are_refused_with_a_reason() {
+    let scene = Scene::default();
+    let refuse = |view: &View, samples: u32| {
+        render(&scene, view, &Options { samples_per_pixel: samples, ..Options::default() }).unwrap_err()
+    };
+    let view = from_above(4);
+    assert_eq!(refuse(&View { width: 0, ..view.clone() }, 1), Error::Size { width: 0, height: 4 });
+    assert!(matches!(refuse(&View { height: u32::MAX, ..view.clone() }, 1), Error::Size { .. }));
+    assert_eq!(refuse(&view, 0), Error::Samples(0));
+    assert_eq!(refuse(&view, 1 << 20), Error::Samples(1 << 20));
+    let breakages: [fn(&mut View); 7] = [
+        |view| view.camera.position.x = f32::NAN,
+        |view| view.camera.near = 0.0,
+        |view| view.camera.far = view.camera.near,
+        |view| view.camera.far = f32::INFINITY,
+        |view| view.camera.projection = Projection::Perspective { fov_y: 0.0 },
+        |view| view.camera.projection = Projection::Perspective { fov_y: 3.2 },
+        |view| view.camera.projection = Projection::Orthographic { height: f32::NAN },
+    ];
+    for breakage in breakages {
+        let mut view = view.clone();
+        breakage(&mut view);
+        assert!(matches!(refuse(&view, 1), Error::Camera(_)));
+    }
+    let mut many = Scene::default();
+    many.lights = vec![light(straight_down()); 65];
+    assert_eq!(render(&many, &view, &Options::default()).unwrap_err(), Error::Lights(65));
+}
+
+#[test]
+fn a_camera_that_looks_along_its_up_vector_still_sees() {
+    let scene = scene(vec![quad(0.0)], chalk(), straight_down());
+    let mut view = from_above(3);
+    for up in [Vec3::Z, Vec3::ZERO] {
+        view.camera.up = up;
+        assert_eq!(draw(&scene, &view, 1).at(1, 1), [255; 4]);
+    }
+}
+
+#[test]
+fn broken_meshes_are_drawn_as_far_as_they_are_whole() {
+    let mut broken = quad(0.0);
+    broken.positions.push(Vec3::new(f32::NAN, 0.0, 0.0));
+    broken.positions.push(Vec3::splat(1e30));
+    broken.normals.extend([Vec3::Z; 2]);
+    broken.indices.extend([0, 1, 4, 0, 1, 5, 0, 1, u32::MAX, 2]);
+    broken.subsets[0].index_count = 1000;
+    for uvs in &mut broken.uvs {
+        *uvs = Some(vec![Vec2::NAN; 6]);
+    }
+    // Missing normals are those of the faces.
+    broken.normals.clear();
+    let mut scene = scene(vec![broken], chalk(), straight_down());
+    put_texture(&mut scene, Layer::Diffuse, image(1, 1, |_, _| [255; 4]));
+    scene.nodes.push(node(77, Affine3A::IDENTITY));
+    scene.nodes.push(node(0, Affine3A::from_scale(Vec3::splat(f32::NAN))));
+    let (_, stats) = render(&scene, &from_above(3), &Options::default()).unwrap();
+    assert_eq!((stats.triangles, stats.skipped_triangles), (2, 3 + 5));
+    assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [255; 4]);
+
+    scene.textures[0] = Texture { name: String::new(), path: None, image: Err("gone".into()) };
+    assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [255; 4], "a layer without an image counts as absent");
+    Arc::make_mut(&mut scene.meshes[0]).subsets[0].material.0 = 99;
+    assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [204, 204, 204, 255], "the default material");
+}
+
+#[test]
+fn numbers_that_are_none_become_what_the_shading_page_says() {
+    let mut scene = scene(vec![quad(0.0)], chalk(), straight_down());
+    let material = &mut scene.materials[0];
+    material.emission = Vec3::new(f32::NAN, -1.0, f32::INFINITY);
+    material.specular = Vec3::ONE;
+    material.exponent = f32::NAN;
+    material.opacity = f32::NAN;
+    scene.lights.push(light(LightKind::Directional { direction: Vec3::NAN }));
+    scene.lights.push(light(LightKind::Point { position: Vec3::INFINITY, falloff: Falloff::InverseSquare }));
+    assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [255; 4]);
+}
+
+#[test]
+fn very_many_equal_triangles_are_not_a_trap() {
+    // All at one place: no hierarchy can part them.
+    let mut mesh = quad(0.0);
+    mesh.indices = [0, 1, 2, 0, 2, 3].repeat(20_000);
+    mesh.subsets[0].index_count = mesh.indices.len() as u32;
+    let scene = scene(vec![mesh], chalk(), straight_down());
+    assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [255; 4]);
+}
