@@ -7,9 +7,13 @@
 //! maps are data.
 
 mod build;
+mod frames;
+mod materials;
+mod mesh;
 mod texture;
 mod types;
+mod weld;
 
 pub use build::{BuildOptions, Built, build};
-pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureLimits, TextureSource};
+pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureLimits, TextureSource, load_texture};
 pub use types::*;

@@ -111,7 +111,7 @@ pub struct Node {
 }
 
 /// Triangles with their attributes, welded: equal corners are one vertex.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Name.
     pub name: String,
@@ -129,16 +129,16 @@ pub struct Mesh {
     pub indices: Vec<u32>,
     /// Runs of `indices` with one material each; together they cover `indices` in order.
     pub subsets: Vec<Subset>,
-    /// The box around all positions.
+    /// The box around all positions, those of later frames included.
     pub bounds: Aabb,
     /// Displacement parameters, if the object has them.
     pub displacement: Option<Displacement>,
-    /// Later frames of a multiframe mesh: the same vertices elsewhere.
+    /// Later frames of a multiframe mesh: the same vertices elsewhere. Frame f of the animation is entry f − 1.
     pub frames: Vec<MeshFrame>,
 }
 
 /// One later frame of a multiframe mesh.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshFrame {
     /// Positions, as many as [`Mesh::positions`].
     pub positions: Vec<Vec3>,
@@ -252,7 +252,7 @@ impl Layer {
 }
 
 /// Phong parameters and texture layers. Colours are sRGB-encoded as in the file.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name.
     pub name: String,

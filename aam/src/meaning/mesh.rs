@@ -48,6 +48,9 @@ pub struct ObjectSubset {
     pub count: usize,
 }
 
+/// Corners are numbered with 32 bits.
+const MAX_TRIANGLES: usize = u32::MAX as usize / 3;
+
 /// How often something in an object could not be used.
 #[derive(Default)]
 struct Counts {
@@ -69,6 +72,12 @@ impl ObjectMesh {
         let Some(faces) = &object.faces else {
             return mesh;
         };
+        if faces.triangles.len() > MAX_TRIANGLES {
+            report(object, &mut mesh.findings, Severity::Error, "mesh/too-large", faces.triangles.len(), |count| {
+                format!("{count} triangles are more than the {MAX_TRIANGLES} that one object may have; it is not drawn")
+            });
+            return mesh;
+        }
         let mut counts = Counts::default();
         let runs = mesh.sort_triangles(object, faces, materials, &mut counts);
         mesh.fill_corners(object, faces, materials, &runs, rule, &mut counts);
