@@ -61,6 +61,12 @@ pub enum RenderError {
         /// How many it has.
         count: usize,
     },
+    /// The scene contradicts itself.
+    #[error("the scene cannot be drawn: {reason}")]
+    Scene {
+        /// What is wrong.
+        reason: String,
+    },
     /// A mesh contradicts itself.
     #[error("mesh {mesh:?} cannot be drawn: {reason}")]
     Mesh {

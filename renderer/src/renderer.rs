@@ -1,19 +1,72 @@
 //! Drawing frames.
 
-use aam_scene::{Image, Scene, View};
+use std::time::Instant;
 
-use crate::{FrameStats, Gpu, RenderError, RenderOptions, Resources, Target};
+use aam_scene::{Image, Pixels, Scene, Shading, View};
+
+use crate::backdrop;
+use crate::camera::{FrameUniform, view_direction};
+use crate::draws::{self, Mode, Tables};
+use crate::frame::Frame;
+use crate::lights;
+use crate::materials::MaterialTable;
+use crate::meshes::MeshTable;
+use crate::overlay::OverlayTable;
+use crate::pipelines::{PassFormat, Pipelines};
+use crate::read_back::read_rgba8;
+use crate::scopes::Scopes;
+use crate::sort::Sorted;
+use crate::targets::{TargetKey, TargetPool, check_size};
+use crate::textures::TextureTable;
+use crate::timing::Timing;
+use crate::upload::{DynamicBuffer, Uploader};
+use crate::{Alpha, FrameStats, Gpu, RenderError, RenderOptions, Resources, Show, Target};
+
+/// What pictures are drawn to if the target cannot be drawn to directly: enough for straight colours of low alpha.
+const INTERMEDIATE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Draws scenes. Keeps what it uploaded for as long as the scene's meshes and images live.
 #[derive(Debug)]
 pub struct Renderer {
-    gpu: Gpu,
+    pub(crate) gpu: Gpu,
+    /// Pictures drawn so far.
+    pub(crate) picture: u64,
+    pub(crate) meshes: MeshTable,
+    pub(crate) textures: TextureTable,
+    pub(crate) materials: MaterialTable,
+    pub(crate) pipelines: Pipelines,
+    pub(crate) targets: TargetPool,
+    pub(crate) overlays: OverlayTable,
+    pub(crate) sorted: Sorted,
+    pub(crate) frame_uniform: DynamicBuffer,
+    pub(crate) light_uniform: DynamicBuffer,
+    pub(crate) frame_group: Option<wgpu::BindGroup>,
+    pub(crate) instances: DynamicBuffer,
+    pub(crate) sorted_indices: DynamicBuffer,
+    pub(crate) timing: Option<Timing>,
 }
 
 impl Renderer {
     /// A renderer that has uploaded and compiled nothing yet.
     pub fn new(gpu: Gpu) -> Self {
-        Self { gpu }
+        use wgpu::BufferUsages;
+        Self {
+            pipelines: Pipelines::new(&gpu),
+            gpu,
+            picture: 0,
+            meshes: MeshTable::default(),
+            textures: TextureTable::default(),
+            materials: MaterialTable::default(),
+            targets: TargetPool::default(),
+            overlays: OverlayTable::new(),
+            sorted: Sorted::default(),
+            frame_uniform: DynamicBuffer::new("frame", BufferUsages::UNIFORM),
+            light_uniform: DynamicBuffer::new("lights", BufferUsages::UNIFORM),
+            frame_group: None,
+            instances: DynamicBuffer::new("instances", BufferUsages::VERTEX),
+            sorted_indices: DynamicBuffer::new("sorted indices", BufferUsages::INDEX),
+            timing: None,
+        }
     }
 
     /// The device that it draws with.
@@ -24,7 +77,7 @@ impl Renderer {
     /// Draws one frame and submits it, without waiting for the GPU.
     ///
     /// # Errors
-    /// [`RenderError`] says what the scene, the view or the device does not allow; nothing is drawn then.
+    /// [`RenderError`] says what the scene, the view or the device does not allow; nothing is to be seen then.
     pub fn render(
         &mut self,
         scene: &Scene,
@@ -32,8 +85,9 @@ impl Renderer {
         options: &RenderOptions,
         target: &Target<'_>,
     ) -> Result<FrameStats, RenderError> {
-        let _ = (scene, options, target);
-        Err(RenderError::EmptyPicture { width: view.width, height: view.height })
+        check_size(&self.gpu, view.width, view.height)?;
+        check_target(view, target)?;
+        self.guarded("drew a picture", |renderer| renderer.draw(scene, view, options, target))
     }
 
     /// Draws one frame and reads it back, as straight-alpha RGBA8, top row first.
@@ -46,12 +100,193 @@ impl Renderer {
         view: &View,
         options: &RenderOptions,
     ) -> Result<(Image, FrameStats), RenderError> {
-        let _ = (scene, options);
-        Err(RenderError::EmptyPicture { width: view.width, height: view.height })
+        check_size(&self.gpu, view.width, view.height)?;
+        let shading = shading(scene, options);
+        let key = TargetKey {
+            width: view.width,
+            height: view.height,
+            format: Target::fitting_format(wgpu::TextureFormat::Rgba8Unorm, shading),
+            samples: 1,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        };
+        let picture = self.picture + 1;
+        self.guarded("drew a picture to read back", |renderer| {
+            let (texture, texture_view) = renderer.targets.get(&renderer.gpu, key, picture);
+            let target = Target { view: &texture_view, format: key.format, alpha: Alpha::Straight };
+            let mut stats = renderer.draw(scene, view, options, &target)?;
+            let start = Instant::now();
+            let pixels = read_rgba8(&renderer.gpu, &texture)?;
+            stats.cpu.read_back_ms = milliseconds(start);
+            if options.gpu_timing {
+                stats.gpu = renderer.timing.as_mut().and_then(Timing::collect);
+            }
+            Ok((Image { width: view.width, height: view.height, pixels: Pixels::Rgba8(pixels) }, stats))
+        })
+    }
+
+    /// Waits for the GPU and returns the times of the last frame; `None` as for [`FrameStats::gpu`].
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn finish(&mut self) -> Result<Option<Vec<crate::PassTime>>, RenderError> {
+        self.gpu.wait().map_err(|reason| RenderError::DeviceLost { reason })?;
+        Ok(self.timing.as_mut().and_then(Timing::collect))
     }
 
     /// What it holds on the GPU at the moment.
     pub fn resources(&self) -> Resources {
-        Resources::default()
+        Resources {
+            meshes: self.meshes.len(),
+            mesh_buffers: self.meshes.buffer_count(),
+            textures: self.textures.len(),
+            materials: self.materials.len(),
+            shaders_built: self.pipelines.module_count(),
+            pipelines_built: self.pipelines.len(),
+            targets: self.targets.len(),
+            bytes: self.meshes.bytes() + self.textures.bytes(),
+        }
     }
+
+    /// Runs something and turns what the device reports meanwhile into an error. What was made on the GPU may be
+    /// invalid then, and is given up.
+    fn guarded<T>(
+        &mut self,
+        during: &'static str,
+        run: impl FnOnce(&mut Self) -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
+        if let Some(reason) = self.gpu.lost() {
+            return Err(RenderError::DeviceLost { reason });
+        }
+        let scopes = Scopes::open(&self.gpu);
+        let result = run(self);
+        let reported = scopes.close(&self.gpu, during);
+        if reported.is_err() {
+            *self = Self { picture: self.picture, ..Self::new(self.gpu.clone()) };
+        }
+        reported.and(result)
+    }
+
+    fn draw(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        options: &RenderOptions,
+        target: &Target<'_>,
+    ) -> Result<FrameStats, RenderError> {
+        let start = Instant::now();
+        self.picture += 1;
+        let mut stats = FrameStats::default();
+        let gpu = self.gpu.clone();
+        let mut uploader = Uploader::new(&gpu);
+        let pipelines_before = self.pipelines.len();
+
+        let linear = shading(scene, options) == Shading::Linear;
+        let normal_length = options.overlays.normals.unwrap_or(0.0);
+        let uniform = FrameUniform::new(view, normal_length)?;
+        let (scene_lights, camera_light) = scene.effective_lights(&view.camera);
+        let (packed_lights, light_kinds) = lights::pack(&scene_lights, uniform.eye)?;
+        stats.lights = scene_lights.len() as u32;
+        stats.camera_light = camera_light;
+
+        let animation_frame = if view.frame >= 0.0 { view.frame as usize } else { 0 };
+        let mode = Mode {
+            show: options.show,
+            linear,
+            lights: light_kinds,
+            anisotropy: options.anisotropy.clamp(1, 16),
+            animation_frame,
+            picture: self.picture,
+        };
+        let mut tables = Tables {
+            meshes: &mut self.meshes,
+            textures: &mut self.textures,
+            materials: &mut self.materials,
+            pipelines: &mut self.pipelines,
+        };
+        let list = draws::prepare(scene, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        let anything = !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty();
+
+        let background = options.background.as_ref().unwrap_or(&scene.background);
+        let direct = draws_directly(target, linear, backdrop::is_opaque(background, &mut self.textures));
+        let format = PassFormat {
+            color: if direct { target.format } else { INTERMEDIATE_FORMAT },
+            samples: if anything { options.msaa.samples() } else { 1 },
+            depth: anything,
+        };
+        let backdrop = self.backdrop(background, linear, format, &mut uploader, &mut stats.warnings)?;
+        let overlays =
+            self.overlays.prepare(&options.overlays, scene, &list, &mut self.meshes, &mut uploader, format, linear)?;
+        if anything {
+            self.frame_uniform.set(&mut uploader, bytemuck::bytes_of(&uniform))?;
+            self.light_uniform.set(&mut uploader, bytemuck::bytes_of(&packed_lights))?;
+            self.instances.set(&mut uploader, bytemuck::cast_slice(&list.instances))?;
+            self.make_frame_group();
+        }
+        let frame = Frame { list, overlays, backdrop, format, direct, linear };
+        self.build_pipelines(&frame)?;
+        stats.cpu.upload_ms = milliseconds(start);
+
+        let start = Instant::now();
+        if frame.list.blended.is_empty() {
+            self.sorted = Sorted::default();
+        } else {
+            let direction = view_direction(&view.camera);
+            let list = &frame.list;
+            if self.sorted.update(scene, list, &self.meshes, animation_frame, uniform.eye, direction)? {
+                self.sorted_indices.set(&mut uploader, bytemuck::cast_slice(&self.sorted.indices))?;
+            }
+        }
+        stats.cpu.sort_ms = milliseconds(start);
+
+        let start = Instant::now();
+        self.record(scene, view, options, target, &frame, &mut stats)?;
+        stats.cpu.encode_ms = milliseconds(start);
+        stats.pipelines_built = (self.pipelines.len() - pipelines_before) as u32;
+        stats.bytes_uploaded = uploader.bytes;
+        self.sweep();
+        Ok(stats)
+    }
+
+    /// Frees what belongs to meshes, images and shapes that are gone.
+    fn sweep(&mut self) {
+        self.meshes.sweep();
+        self.textures.sweep(self.picture);
+        self.materials.sweep(&self.textures, self.picture);
+        self.targets.sweep(self.picture);
+        self.overlays.sweep();
+    }
+}
+
+/// The values that lighting computes on; what shows stored values does so on them.
+fn shading(scene: &Scene, options: &RenderOptions) -> Shading {
+    match options.show {
+        Show::Lit => options.shading.unwrap_or(scene.shading),
+        _ => Shading::Source,
+    }
+}
+
+fn milliseconds(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+/// Whether no converting pass is needed.
+fn draws_directly(target: &Target<'_>, linear: bool, opaque: bool) -> bool {
+    target.format.is_srgb() == linear && (opaque || target.alpha == Alpha::Premultiplied)
+}
+
+fn check_target(view: &View, target: &Target<'_>) -> Result<(), RenderError> {
+    use wgpu::TextureFormat::{Bgra8Unorm, Bgra8UnormSrgb, Rgba8Unorm, Rgba8UnormSrgb, Rgba16Float};
+    if !matches!(target.format, Bgra8Unorm | Bgra8UnormSrgb | Rgba8Unorm | Rgba8UnormSrgb | Rgba16Float) {
+        return Err(RenderError::TargetFormat { format: format!("{:?}", target.format) });
+    }
+    let texture = target.view.texture();
+    if (texture.width(), texture.height()) != (view.width, view.height) {
+        return Err(RenderError::TargetSize {
+            view_width: view.width,
+            view_height: view.height,
+            target_width: texture.width(),
+            target_height: texture.height(),
+        });
+    }
+    Ok(())
 }

@@ -11,6 +11,8 @@ pub struct FrameStats {
     pub gpu: Option<Vec<PassTime>>,
     /// Draw calls.
     pub draws: u32,
+    /// Changes of pipeline between draw calls.
+    pub pipeline_switches: u32,
     /// Triangles sent to the GPU (instances counted).
     pub triangles: u64,
     /// Of these, triangles sorted back to front.

@@ -1,26 +1,13 @@
-//! Shaders: assembling their text from parts.
+//! Shaders: their text is assembled from the files of `shaders/`, which are part of the binary.
+//!
+//! [`assemble`] resolves imports and conditions; [`Variant`] says which conditions hold for a mesh
+//! subset, and enumerates all that are legal.
 
-/// Why a shader's text cannot be assembled.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ShaderError {
-    /// An imported file does not exist.
-    #[error("{file}:{line}: there is no shader file {name:?}")]
-    UnknownImport {
-        /// The file.
-        file: String,
-        /// Its line.
-        line: usize,
-        /// What was asked for.
-        name: String,
-    },
-    /// A directive cannot be understood, or `#if` and `#endif` do not match.
-    #[error("{file}:{line}: {reason}")]
-    Directive {
-        /// The file.
-        file: String,
-        /// Its line.
-        line: usize,
-        /// What is wrong.
-        reason: String,
-    },
-}
+mod assemble;
+mod library;
+mod variant;
+
+pub use assemble::ShaderError;
+pub use library::shader_sources;
+pub(crate) use library::{Program, source};
+pub(crate) use variant::{AlphaMode, ColorSource, LightKinds, NormalSource, Surface, Variant};

@@ -1,0 +1,80 @@
+//! What is behind everything.
+
+use aam_scene::{Background, Pixels};
+use glam::Vec3;
+
+use crate::lights::color;
+use crate::materials::bind;
+use crate::mips::{Meaning, srgb_decode};
+use crate::pipelines::{PassFormat, PipelineKey};
+use crate::shader::Program;
+use crate::textures::TextureTable;
+use crate::upload::Uploader;
+use crate::{RenderError, Renderer};
+
+/// What is behind everything, ready to be drawn.
+#[derive(Debug)]
+pub(crate) struct Backdrop {
+    /// In the values of the pass.
+    pub clear: wgpu::Color,
+    /// A picture: its bind group and its pipeline.
+    pub picture: Option<(wgpu::BindGroup, PipelineKey)>,
+}
+
+/// True if nothing shines through.
+pub(crate) fn is_opaque(background: &Background, textures: &mut TextureTable) -> bool {
+    match background {
+        Background::Transparent => false,
+        Background::Color(_) => true,
+        Background::Picture(image) => !textures.is_translucent(image),
+    }
+}
+
+/// A colour as clear value: decoded if blending is linear.
+fn clear_color(stored: Vec3, linear: bool) -> wgpu::Color {
+    let stored = color(stored).min(Vec3::ONE);
+    let [r, g, b] = stored.to_array().map(|c| f64::from(if linear { srgb_decode(c) } else { c }));
+    wgpu::Color { r, g, b, a: 1.0 }
+}
+
+impl Renderer {
+    pub(crate) fn backdrop(
+        &mut self,
+        background: &Background,
+        linear: bool,
+        pass: PassFormat,
+        uploader: &mut Uploader<'_>,
+        warnings: &mut Vec<String>,
+    ) -> Result<Backdrop, RenderError> {
+        let image = match background {
+            Background::Transparent => return Ok(Backdrop { clear: wgpu::Color::TRANSPARENT, picture: None }),
+            Background::Color(color) => return Ok(Backdrop { clear: clear_color(*color, linear), picture: None }),
+            Background::Picture(image) => image,
+        };
+        let meaning = if linear { Meaning::Srgb } else { Meaning::Stored };
+        let name = "background picture";
+        let texture = self.textures.ensure(uploader, image, name, meaning, self.picture, warnings)?;
+        let encode = !linear && matches!(image.pixels, Pixels::RgbF32(_));
+        let key = PipelineKey { program: Program::Background { encode }, pass, mirrored: false, lines: false };
+        self.pipelines.ensure(&self.gpu, key)?;
+        let device = self.gpu.device();
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some(name),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            mipmap_filter: wgpu::MipmapFilterMode::Linear,
+            ..wgpu::SamplerDescriptor::default()
+        });
+        let group = self.textures.view(texture).map(|view| {
+            device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(name),
+                layout: self.pipelines.picture_layout(&self.gpu),
+                entries: &[
+                    bind(0, wgpu::BindingResource::Sampler(&sampler)),
+                    bind(1, wgpu::BindingResource::TextureView(view)),
+                ],
+            })
+        });
+        Ok(Backdrop { clear: wgpu::Color::TRANSPARENT, picture: group.map(|group| (group, key)) })
+    }
+}

@@ -1,0 +1,344 @@
+//! Pipelines: each is built when something first needs it, and kept.
+
+use std::collections::HashMap;
+
+use crate::draws::Instance;
+use crate::shader::{Program, Variant, source};
+use crate::{Gpu, RenderError};
+
+/// Format of depth buffers.
+pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// What a pass draws to: pipelines must match it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct PassFormat {
+    pub color: wgpu::TextureFormat,
+    pub samples: u32,
+    pub depth: bool,
+}
+
+/// Identifies a pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct PipelineKey {
+    pub program: Program,
+    pub pass: PassFormat,
+    /// For nodes that mirror: their triangles turn the other way.
+    pub mirrored: bool,
+    /// Pairs of vertices are lines.
+    pub lines: bool,
+}
+
+/// Which textures a material's bind group has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct MapSet {
+    pub base: bool,
+    pub second: bool,
+}
+
+impl MapSet {
+    fn index(self) -> usize {
+        usize::from(self.base) + 2 * usize::from(self.second)
+    }
+}
+
+/// Pipelines, shader modules and layouts built so far.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    pipelines: HashMap<PipelineKey, wgpu::RenderPipeline>,
+    modules: HashMap<Program, wgpu::ShaderModule>,
+    frame_layout: wgpu::BindGroupLayout,
+    material_layouts: [Option<wgpu::BindGroupLayout>; 4],
+    picture_layout: Option<wgpu::BindGroupLayout>,
+    texel_layout: Option<wgpu::BindGroupLayout>,
+}
+
+impl Pipelines {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        let uniform = |binding, visibility| layout_entry(binding, visibility, UNIFORM);
+        let frame_layout = layout(
+            gpu,
+            "frame",
+            &[uniform(0, wgpu::ShaderStages::VERTEX_FRAGMENT), uniform(1, wgpu::ShaderStages::FRAGMENT)],
+        );
+        Self {
+            pipelines: HashMap::new(),
+            modules: HashMap::new(),
+            frame_layout,
+            material_layouts: Default::default(),
+            picture_layout: None,
+            texel_layout: None,
+        }
+    }
+
+    /// Layout of bind group 0 of everything that is placed in the world.
+    pub(crate) fn frame_layout(&self) -> &wgpu::BindGroupLayout {
+        &self.frame_layout
+    }
+
+    /// Layout of bind group 1 of surfaces.
+    pub(crate) fn material_layout(&mut self, gpu: &Gpu, maps: MapSet) -> &wgpu::BindGroupLayout {
+        self.material_layouts[maps.index()].get_or_insert_with(|| {
+            let mut entries = vec![layout_entry(0, wgpu::ShaderStages::VERTEX_FRAGMENT, UNIFORM)];
+            if maps.base || maps.second {
+                entries.push(layout_entry(1, wgpu::ShaderStages::FRAGMENT, SAMPLER));
+            }
+            if maps.base {
+                entries.push(layout_entry(2, wgpu::ShaderStages::FRAGMENT, texture(true)));
+            }
+            if maps.second {
+                entries.push(layout_entry(3, wgpu::ShaderStages::FRAGMENT, texture(true)));
+            }
+            layout(gpu, "material", &entries)
+        })
+    }
+
+    /// Layout of a sampled picture.
+    pub(crate) fn picture_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.picture_layout.get_or_insert_with(|| {
+            layout(
+                gpu,
+                "picture",
+                &[
+                    layout_entry(0, wgpu::ShaderStages::FRAGMENT, SAMPLER),
+                    layout_entry(1, wgpu::ShaderStages::FRAGMENT, texture(true)),
+                ],
+            )
+        })
+    }
+
+    /// Layout of a picture that is read texel by texel.
+    pub(crate) fn texel_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.texel_layout.get_or_insert_with(|| {
+            layout(gpu, "texels", &[layout_entry(0, wgpu::ShaderStages::FRAGMENT, texture(false))])
+        })
+    }
+
+    /// Makes sure that a pipeline is built.
+    pub(crate) fn ensure(&mut self, gpu: &Gpu, key: PipelineKey) -> Result<(), RenderError> {
+        if self.pipelines.contains_key(&key) {
+            return Ok(());
+        }
+        if !self.modules.contains_key(&key.program) {
+            let text = source(&key.program)?;
+            let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(&format!("{:?}", key.program)),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            });
+            self.modules.insert(key.program, module);
+        }
+        let pipeline = self.build(gpu, key);
+        self.pipelines.insert(key, pipeline);
+        Ok(())
+    }
+
+    /// A pipeline that was made sure of.
+    pub(crate) fn get(&self, key: &PipelineKey) -> Option<&wgpu::RenderPipeline> {
+        self.pipelines.get(key)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.pipelines.len()
+    }
+
+    pub(crate) fn module_count(&self) -> usize {
+        self.modules.len()
+    }
+
+    fn build(&mut self, gpu: &Gpu, key: PipelineKey) -> wgpu::RenderPipeline {
+        let material_maps = match key.program {
+            Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
+            _ => None,
+        };
+        let groups: Vec<wgpu::BindGroupLayout> = match key.program {
+            Program::Background { .. } => vec![self.picture_layout(gpu).clone()],
+            Program::Present { .. } => vec![self.texel_layout(gpu).clone()],
+            _ => {
+                let material = material_maps.map(|maps| self.material_layout(gpu, maps).clone());
+                [self.frame_layout.clone()].into_iter().chain(material).collect()
+            }
+        };
+        let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Some).collect();
+        let label = format!("{:?}", key.program);
+        let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(&label),
+            bind_group_layouts: &groups,
+            immediate_size: 0,
+        });
+        let attributes = VertexBuffers::of(&key);
+        let blends = match key.program {
+            Program::Surface(variant) => variant.alpha.blend,
+            Program::Edges { .. } | Program::Normals { .. } | Program::Shape { .. } => true,
+            Program::Background { .. } | Program::Present { .. } => false,
+        };
+        let module = &self.modules[&key.program];
+        gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(&label),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module,
+                entry_point: Some("vertex"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &attributes.layouts(),
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: if key.lines {
+                    wgpu::PrimitiveTopology::LineList
+                } else {
+                    wgpu::PrimitiveTopology::TriangleList
+                },
+                front_face: if key.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
+                cull_mode: None,
+                ..wgpu::PrimitiveState::default()
+            },
+            depth_stencil: key.pass.depth.then(|| depth_state(&key.program)),
+            multisample: wgpu::MultisampleState { count: key.pass.samples, ..wgpu::MultisampleState::default() },
+            fragment: Some(wgpu::FragmentState {
+                module,
+                entry_point: Some("fragment"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(wgpu::ColorTargetState {
+                    format: key.pass.color,
+                    blend: blends.then_some(BLEND),
+                    write_mask: wgpu::ColorWrites::ALL,
+                })],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+/// Straight colours over a premultiplied picture: `C·α + dst·(1 − α)`, alpha `α + dst·(1 − α)`.
+const BLEND: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::SrcAlpha,
+        dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
+        operation: wgpu::BlendOperation::Add,
+    },
+    alpha: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
+        operation: wgpu::BlendOperation::Add,
+    },
+};
+
+/// Depth is reversed: the greater is nearer.
+fn depth_state(program: &Program) -> wgpu::DepthStencilState {
+    use wgpu::CompareFunction::{Always, Greater, GreaterEqual};
+    let (write, compare) = match program {
+        Program::Surface(variant) if variant.alpha.blend => (false, GreaterEqual),
+        Program::Surface(_) => (true, Greater),
+        Program::Shape { nudge: false, .. } | Program::Background { .. } | Program::Present { .. } => (false, Always),
+        Program::Shape { nudge: true, .. } | Program::Edges { .. } | Program::Normals { .. } => (false, GreaterEqual),
+    };
+    wgpu::DepthStencilState {
+        format: DEPTH_FORMAT,
+        depth_write_enabled: Some(write),
+        depth_compare: Some(compare),
+        stencil: wgpu::StencilState::default(),
+        bias: wgpu::DepthBiasState::default(),
+    }
+}
+
+const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
+    ty: wgpu::BufferBindingType::Uniform,
+    has_dynamic_offset: false,
+    min_binding_size: None,
+};
+
+const SAMPLER: wgpu::BindingType = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+
+const fn texture(filterable: bool) -> wgpu::BindingType {
+    wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    }
+}
+
+const fn layout_entry(
+    binding: u32,
+    visibility: wgpu::ShaderStages,
+    ty: wgpu::BindingType,
+) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
+}
+
+fn layout(gpu: &Gpu, label: &str, entries: &[wgpu::BindGroupLayoutEntry]) -> wgpu::BindGroupLayout {
+    gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+}
+
+/// A vertex buffer of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Slot {
+    Position,
+    Normal,
+    Tangent,
+    Color,
+    BaseUv,
+    SecondUv,
+}
+
+/// The vertex buffers of a surface variant in their order; the instances follow.
+pub(crate) fn surface_slots(variant: &Variant) -> impl Iterator<Item = Slot> + use<> {
+    [
+        (true, Slot::Position),
+        (variant.vertex_normals(), Slot::Normal),
+        (variant.tangents(), Slot::Tangent),
+        (variant.vertex_colors(), Slot::Color),
+        (variant.base_uv(), Slot::BaseUv),
+        (variant.second_map(), Slot::SecondUv),
+    ]
+    .into_iter()
+    .filter_map(|(used, slot)| used.then_some(slot))
+}
+
+/// Vertex buffer layouts, held so that they can be borrowed.
+struct VertexBuffers(Vec<(u64, wgpu::VertexStepMode, Vec<wgpu::VertexAttribute>)>);
+
+impl VertexBuffers {
+    fn of(key: &PipelineKey) -> Self {
+        use wgpu::VertexFormat::{Float32x2, Float32x3, Float32x4};
+        use wgpu::VertexStepMode::{Instance as PerInstance, Vertex};
+        let attribute = |format, offset, shader_location| wgpu::VertexAttribute { format, offset, shader_location };
+        let single =
+            |format: wgpu::VertexFormat, location| (format.size(), Vertex, vec![attribute(format, 0, location)]);
+        let instances = |normals: bool| {
+            let mut attributes: Vec<_> = (0..3).map(|row| attribute(Float32x4, 16 * row, 8 + row as u32)).collect();
+            if normals {
+                attributes.extend((0..3).map(|column| attribute(Float32x3, 48 + 12 * column, 11 + column as u32)));
+            }
+            (size_of::<Instance>() as u64, PerInstance, attributes)
+        };
+        Self(match key.program {
+            Program::Surface(variant) => surface_slots(&variant)
+                .map(|slot| match slot {
+                    Slot::Position => single(Float32x3, 0),
+                    Slot::Normal => single(Float32x3, 1),
+                    Slot::Tangent => single(Float32x4, 2),
+                    Slot::Color => single(Float32x4, 3),
+                    Slot::BaseUv => single(Float32x2, 4),
+                    Slot::SecondUv => single(Float32x2, 5),
+                })
+                .chain([instances(variant.node_normals())])
+                .collect(),
+            Program::Edges { .. } => vec![single(Float32x3, 0), instances(false)],
+            Program::Normals { .. } => {
+                vec![(24, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x3, 12, 1)]), instances(true)]
+            }
+            Program::Shape { .. } => {
+                vec![(28, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x4, 12, 2)])]
+            }
+            Program::Background { .. } | Program::Present { .. } => Vec::new(),
+        })
+    }
+
+    fn layouts(&self) -> Vec<Option<wgpu::VertexBufferLayout<'_>>> {
+        self.0
+            .iter()
+            .map(|(array_stride, step_mode, attributes)| {
+                Some(wgpu::VertexBufferLayout { array_stride: *array_stride, step_mode: *step_mode, attributes })
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,173 @@
+//! The shader files, and the programs that are made of them.
+
+use super::assemble::{Features, ShaderError, assemble};
+use super::variant::Variant;
+use crate::lights::MAX_LIGHTS;
+
+macro_rules! files {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),*]
+    };
+}
+
+/// Every file of `shaders/`, by name.
+const FILES: &[(&str, &str)] = files![
+    "background",
+    "color",
+    "frame",
+    "fullscreen",
+    "lights",
+    "material",
+    "node",
+    "overlay",
+    "phong",
+    "present",
+    "surface",
+];
+
+/// A shader program: a root file and the features that hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Program {
+    /// A mesh subset.
+    Surface(Variant),
+    /// The edges of a mesh.
+    Edges { linear: bool },
+    /// The normals of a mesh.
+    Normals { linear: bool },
+    /// Lines or triangles in world coordinates; `nudge` brings them in front of what they lie on.
+    Shape { linear: bool, nudge: bool },
+    /// A background picture.
+    Background { encode: bool },
+    /// The last pass, into a target that could not be drawn to directly.
+    Present { encode: bool, decode: bool, premultiply: bool },
+}
+
+impl Program {
+    fn root(&self) -> &'static str {
+        match self {
+            Self::Surface(_) => "surface",
+            Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
+            Self::Background { .. } => "background",
+            Self::Present { .. } => "present",
+        }
+    }
+
+    fn features(&self) -> Features {
+        let overlay = |node: bool, normals: bool, nudge: bool, linear: bool| {
+            vec![("NODE", node), ("NODE_NORMALS", normals), ("NUDGE", nudge), ("LINEAR", linear)]
+        };
+        match *self {
+            Self::Surface(variant) => variant.features(),
+            Self::Edges { linear } => overlay(true, false, true, linear),
+            Self::Normals { linear } => overlay(true, true, true, linear),
+            Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
+            Self::Background { encode } => vec![("ENCODE", encode)],
+            Self::Present { encode, decode, premultiply } => {
+                vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
+            }
+        }
+    }
+}
+
+/// Every shader that a picture can ask for: what it is, and its WGSL.
+///
+/// # Errors
+/// A shader file that cannot be assembled: a fault of this program.
+pub fn shader_sources() -> Result<Vec<(String, String)>, ShaderError> {
+    all_programs().iter().map(|program| Ok((format!("{program:?}"), source(program)?))).collect()
+}
+
+/// Every legal program, in a fixed order.
+fn all_programs() -> Vec<Program> {
+    let mut programs: Vec<Program> = Variant::all().into_iter().map(Program::Surface).collect();
+    for linear in [false, true] {
+        programs.extend([Program::Edges { linear }, Program::Normals { linear }]);
+        programs.extend([false, true].map(|nudge| Program::Shape { linear, nudge }));
+    }
+    programs.extend([false, true].map(|encode| Program::Background { encode }));
+    for premultiply in [false, true] {
+        programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
+            encode,
+            decode,
+            premultiply,
+        }));
+    }
+    programs
+}
+
+/// The WGSL text of a program.
+pub(crate) fn source(program: &Program) -> Result<String, ShaderError> {
+    let find = |name: &str| FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text);
+    let body = assemble(program.root(), &find, &program.features())?;
+    Ok(format!("const MAX_LIGHTS: u32 = {MAX_LIGHTS}u;\n{body}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Validates like the device does, without one.
+    fn validate(program: &Program) -> Result<(), String> {
+        let text = source(program).map_err(|error| error.to_string())?;
+        let module = naga::front::wgsl::parse_str(&text).map_err(|error| error.emit_to_string(&text))?;
+        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
+            .validate(&module)
+            .map(|_| ())
+            .map_err(|error| error.emit_to_string(&text))
+    }
+
+    #[test]
+    fn every_variant_is_valid_wgsl() {
+        let programs = all_programs();
+        let middle = programs.len() / 2;
+        let check = |half: &[Program]| {
+            for program in half {
+                if let Err(message) = validate(program) {
+                    panic!("{program:?}\n{message}");
+                }
+            }
+        };
+        std::thread::scope(|scope| {
+            scope.spawn(|| check(&programs[..middle]));
+            check(&programs[middle..]);
+        });
+    }
+
+    #[test]
+    fn the_enumeration_is_complete_and_has_no_doubles() {
+        let programs = all_programs();
+        let distinct: BTreeSet<&Program> = programs.iter().collect();
+        assert_eq!(distinct.len(), programs.len());
+        // Lit: 3 normal sources × 2 (specular) × 13 sets of lights; light-mapped; flat. Each with 2 (diffuse map) × 3
+        // (vertex colours) × 4 (alpha). Then 6 that show stored values.
+        assert_eq!(Variant::all().len(), (3 * 2 * 13 + 1 + 1) * 2 * 3 * 4 + 6);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + 2 + 6);
+    }
+
+    #[test]
+    fn the_files_are_those_of_the_folder() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shaders");
+        let on_disk: BTreeSet<String> = std::fs::read_dir(folder)
+            .unwrap()
+            .filter_map(|entry| entry.unwrap().file_name().to_str()?.strip_suffix(".wgsl").map(str::to_owned))
+            .collect();
+        let listed: BTreeSet<String> = FILES.iter().map(|(name, _)| (*name).to_owned()).collect();
+        assert_eq!(on_disk, listed);
+    }
+
+    #[test]
+    fn a_variant_reads_only_what_it_uses() {
+        let text = |variant: Variant| source(&Program::Surface(variant)).unwrap();
+        let flat = text(Variant {
+            surface: super::super::Surface::Flat,
+            diffuse_map: false,
+            color: super::super::ColorSource::None,
+            alpha: super::super::AlphaMode::OPAQUE,
+        });
+        for absent in ["in.normal", "textureSample(base_map", "fn phong", "discard", "@location(1)"] {
+            assert!(!flat.contains(absent), "{absent} in\n{flat}");
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Which shader a mesh subset needs.
+
+use super::assemble::Features;
+
+/// Kinds of light that the shader has loops for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct LightKinds {
+    pub point: bool,
+    pub directional: bool,
+    pub spot: bool,
+    /// A point light or spot weakens with distance.
+    pub falloff: bool,
+}
+
+impl LightKinds {
+    pub(crate) fn any(self) -> bool {
+        self.point || self.directional || self.spot
+    }
+
+    fn is_legal(self) -> bool {
+        self.any() && (!self.falloff || self.point || self.spot)
+    }
+
+    fn all() -> impl Iterator<Item = Self> {
+        (0..16u8)
+            .map(|bits| Self {
+                point: bits & 1 != 0,
+                directional: bits & 2 != 0,
+                spot: bits & 4 != 0,
+                falloff: bits & 8 != 0,
+            })
+            .filter(|kinds| kinds.is_legal())
+    }
+}
+
+/// Where shading normals come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum NormalSource {
+    Vertex,
+    ObjectMap,
+    TangentMap,
+}
+
+impl NormalSource {
+    const ALL: [Self; 3] = [Self::Vertex, Self::ObjectMap, Self::TangentMap];
+}
+
+/// What colour a surface has before its texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Surface {
+    /// Phong reflection of lights.
+    Lit { normal: NormalSource, specular: bool, lights: LightKinds },
+    /// Light from a texture.
+    LightMapped,
+    /// Emission and ambient light: no light's direction matters.
+    Flat,
+    /// One texture layer alone.
+    ShowTexture,
+    /// The shading normal as a colour.
+    ShowNormal(NormalSource),
+    /// Texture coordinates as a colour.
+    ShowUv,
+    /// There is nothing to show.
+    ShowNothing,
+}
+
+/// Vertex colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum ColorSource {
+    None,
+    /// As stored.
+    Stored,
+    /// Decoded from sRGB.
+    Decoded,
+}
+
+/// What becomes of alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct AlphaMode {
+    /// Fragments below the cutoff are discarded.
+    pub test: bool,
+    /// The rest blends.
+    pub blend: bool,
+}
+
+impl AlphaMode {
+    pub(crate) const OPAQUE: Self = Self { test: false, blend: false };
+}
+
+/// The features of the shader for one mesh subset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Variant {
+    pub surface: Surface,
+    pub diffuse_map: bool,
+    pub color: ColorSource,
+    pub alpha: AlphaMode,
+}
+
+impl Variant {
+    /// A variant that shows stored values: opaque, without vertex colours.
+    pub(crate) fn show(surface: Surface) -> Self {
+        Self { surface, diffuse_map: false, color: ColorSource::None, alpha: AlphaMode::OPAQUE }
+    }
+
+    /// Every legal variant, in a fixed order.
+    pub(crate) fn all() -> Vec<Self> {
+        let mut surfaces = vec![Surface::LightMapped, Surface::Flat];
+        for normal in NormalSource::ALL {
+            for specular in [false, true] {
+                surfaces.extend(LightKinds::all().map(|lights| Surface::Lit { normal, specular, lights }));
+            }
+        }
+        let mut variants = Vec::new();
+        for surface in surfaces {
+            for diffuse_map in [false, true] {
+                for color in [ColorSource::None, ColorSource::Stored, ColorSource::Decoded] {
+                    for (test, blend) in [(false, false), (false, true), (true, false), (true, true)] {
+                        let alpha = AlphaMode { test, blend };
+                        variants.push(Self { surface, diffuse_map, color, alpha });
+                    }
+                }
+            }
+        }
+        let shown = [Surface::ShowTexture, Surface::ShowUv, Surface::ShowNothing];
+        variants.extend(shown.into_iter().chain(NormalSource::ALL.map(Surface::ShowNormal)).map(Self::show));
+        variants
+    }
+
+    fn normal(&self) -> Option<NormalSource> {
+        match self.surface {
+            Surface::Lit { normal, .. } | Surface::ShowNormal(normal) => Some(normal),
+            _ => None,
+        }
+    }
+
+    /// Reads vertex normals.
+    pub(crate) fn vertex_normals(&self) -> bool {
+        matches!(self.normal(), Some(NormalSource::Vertex | NormalSource::TangentMap))
+    }
+
+    /// Reads tangents.
+    pub(crate) fn tangents(&self) -> bool {
+        self.normal() == Some(NormalSource::TangentMap)
+    }
+
+    /// Reads vertex colours.
+    pub(crate) fn vertex_colors(&self) -> bool {
+        self.color != ColorSource::None
+    }
+
+    /// Reads the matrix of normals.
+    pub(crate) fn node_normals(&self) -> bool {
+        self.normal().is_some()
+    }
+
+    /// Samples the first texture: the diffuse one, or the one shown alone.
+    pub(crate) fn base_map(&self) -> bool {
+        self.diffuse_map || self.surface == Surface::ShowTexture
+    }
+
+    /// Reads the first texture coordinates.
+    pub(crate) fn base_uv(&self) -> bool {
+        self.base_map() || self.surface == Surface::ShowUv
+    }
+
+    /// Samples the second texture: light map or normal map.
+    pub(crate) fn second_map(&self) -> bool {
+        self.surface == Surface::LightMapped
+            || matches!(self.normal(), Some(NormalSource::ObjectMap | NormalSource::TangentMap))
+    }
+
+    /// The value of every feature that the shader's files ask for.
+    pub(crate) fn features(&self) -> Features {
+        let (specular, lights) = match self.surface {
+            Surface::Lit { specular, lights, .. } => (specular, lights),
+            _ => (false, LightKinds::default()),
+        };
+        vec![
+            ("LIT", matches!(self.surface, Surface::Lit { .. })),
+            ("LIGHT_MAPPED", self.surface == Surface::LightMapped),
+            ("FLAT", self.surface == Surface::Flat),
+            ("SHOW_NORMAL", matches!(self.surface, Surface::ShowNormal(_))),
+            ("SHOW_UV", self.surface == Surface::ShowUv),
+            ("SHOW_NOTHING", self.surface == Surface::ShowNothing),
+            ("SHADING_NORMAL", self.normal().is_some()),
+            ("NODE_NORMALS", self.node_normals()),
+            ("VERTEX_NORMALS", self.vertex_normals()),
+            ("NORMAL_MAP", self.normal().is_some() && self.second_map()),
+            ("TANGENTS", self.tangents()),
+            ("VERTEX_COLORS", self.vertex_colors()),
+            ("DECODE_COLORS", self.color == ColorSource::Decoded),
+            ("BASE_MAP", self.base_map()),
+            ("BASE_UV", self.base_uv()),
+            ("SECOND_MAP", self.second_map()),
+            ("SPECULAR", specular),
+            ("POINT_LIGHTS", lights.point),
+            ("DIRECTIONAL_LIGHTS", lights.directional),
+            ("SPOT_LIGHTS", lights.spot),
+            ("FALLOFF", lights.falloff),
+            ("ALPHA_TEST", self.alpha.test),
+            ("BLEND", self.alpha.blend),
+        ]
+    }
+}

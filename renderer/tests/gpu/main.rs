@@ -1,0 +1,11 @@
+//! Pictures against closed forms, on whatever adapter there is.
+
+mod background;
+mod common;
+mod conventions;
+mod costs;
+mod layers;
+mod lighting;
+mod overlays;
+mod robustness;
+mod transparency;

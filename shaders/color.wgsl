@@ -1,0 +1,10 @@
+// sRGB (IEC 61966-2-1), decoding continued beyond 1.
+
+fn srgb_decode(c: vec3f) -> vec3f {
+    return select(pow((c + 0.055) / 1.055, vec3f(2.4)), c / 12.92, c <= vec3f(0.04045));
+}
+
+// For c in [0, 1].
+fn srgb_encode(c: vec3f) -> vec3f {
+    return select(1.055 * pow(c, vec3f(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3f(0.0031308));
+}

@@ -1,0 +1,165 @@
+// A mesh subset: docs/techniques/shading.md. Which lines are in force depends on what the subset uses.
+
+#import frame
+#import node
+#import color
+#import material
+#if LIT
+#import phong
+#endif
+#if FLAT
+#import lights
+#endif
+
+struct VertexInput {
+    @location(0) position: vec3f,
+#if VERTEX_NORMALS
+    @location(1) normal: vec3f,
+#endif
+#if TANGENTS
+    @location(2) tangent: vec4f,
+#endif
+#if VERTEX_COLORS
+    @location(3) color: vec4f,
+#endif
+#if BASE_UV
+    @location(4) base_uv: vec2f,
+#endif
+#if SECOND_MAP
+    @location(5) second_uv: vec2f,
+#endif
+}
+
+struct Varyings {
+    @builtin(position) clip: vec4f,
+#if LIT
+    // Relative to the eye.
+    @location(0) position: vec3f,
+#endif
+#if VERTEX_NORMALS
+    // In the world; in the node's coordinates if a tangent-space map is added to it.
+    @location(1) normal: vec3f,
+#endif
+#if TANGENTS
+    @location(2) tangent: vec4f,
+#endif
+#if VERTEX_COLORS
+    @location(3) color: vec4f,
+#endif
+#if BASE_UV
+    @location(4) base_uv: vec2f,
+#endif
+#if SECOND_MAP
+    @location(5) second_uv: vec2f,
+#endif
+#if NORMAL_MAP
+    // The node's normal matrix by columns.
+    @location(6) @interpolate(flat, either) normal_x: vec3f,
+    @location(7) @interpolate(flat, either) normal_y: vec3f,
+    @location(8) @interpolate(flat, either) normal_z: vec3f,
+#endif
+}
+
+@vertex
+fn vertex(in: VertexInput, node: NodeInput) -> Varyings {
+    var out: Varyings;
+    let position = node_position(node, in.position);
+    out.clip = frame.clip_from_relative * vec4f(position, 1.0);
+#if LIT
+    out.position = position;
+#endif
+#if VERTEX_NORMALS
+#if TANGENTS
+    out.normal = in.normal;
+    out.tangent = in.tangent;
+#else
+    out.normal = node_normal(node, in.normal);
+#endif
+#endif
+#if NORMAL_MAP
+    out.normal_x = node.normal_x;
+    out.normal_y = node.normal_y;
+    out.normal_z = node.normal_z;
+#endif
+#if VERTEX_COLORS
+#if DECODE_COLORS
+    out.color = vec4f(srgb_decode(in.color.rgb), in.color.a);
+#else
+    out.color = in.color;
+#endif
+#endif
+#if BASE_UV
+    out.base_uv = texture_coordinates(material.base_matrix, in.base_uv);
+#endif
+#if SECOND_MAP
+    out.second_uv = texture_coordinates(material.second_matrix, in.second_uv);
+#endif
+    return out;
+}
+
+#if SHADING_NORMAL
+// The unit shading normal, turned to the viewer's side.
+fn shading_normal(in: Varyings, front: bool) -> vec3f {
+#if NORMAL_MAP
+    let texel = 2.0 * textureSample(second_map, layer_sampler, in.second_uv).xyz - 1.0;
+#if TANGENTS
+    let bitangent = in.tangent.w * cross(in.normal, in.tangent.xyz);
+    let xy = material.normal_intensity * texel.xy;
+    let n = xy.x * in.tangent.xyz + xy.y * bitangent + texel.z * in.normal;
+#else
+    let n = texel;
+#endif
+    let normal = unit(n.x * in.normal_x + n.y * in.normal_y + n.z * in.normal_z);
+#else
+    let normal = unit(in.normal);
+#endif
+    return select(-normal, normal, front);
+}
+#endif
+
+@fragment
+fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    var t = vec4f(1.0);
+#if BASE_MAP
+    t = textureSample(base_map, layer_sampler, in.base_uv);
+#endif
+#if VERTEX_COLORS
+    t *= in.color;
+#endif
+
+    var color = vec3f(1.0);
+#if LIT
+    color = phong(in.position, shading_normal(in, front));
+#endif
+#if LIGHT_MAPPED
+    color = material.emission + material.diffuse * textureSample(second_map, layer_sampler, in.second_uv).rgb;
+#endif
+#if FLAT
+    color = material.emission + material.ambient * lights.ambient;
+#endif
+#if SHOW_NORMAL
+    color = 0.5 * shading_normal(in, front) + 0.5;
+#endif
+#if SHOW_UV
+    // Back to v = 0 at the bottom.
+    color = vec3f(fract(vec2f(in.base_uv.x, 1.0 - in.base_uv.y)), 0.0);
+#endif
+#if SHOW_NOTHING
+    color = vec3f(0.2);
+#endif
+    color = saturate(t.rgb * color);
+
+    var alpha = 1.0;
+#if ALPHA_TEST || BLEND
+    let opacity = t.a * material.opacity;
+#endif
+#if ALPHA_TEST
+    if (opacity < material.alpha_cutoff) {
+        discard;
+    }
+#endif
+#if BLEND
+    alpha = opacity;
+#endif
+    return vec4f(color, alpha);
+}
