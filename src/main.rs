@@ -1,2 +1,45 @@
-//! The command line.
-fn main() {}
+//! The command `aam`: arguments, messages and exit codes. One file for each verb; the work is done by the libraries.
+
+mod args;
+mod camera;
+mod cli;
+mod failure;
+mod human;
+mod logger;
+mod open;
+mod panic;
+mod picture;
+mod progress;
+mod terminal;
+mod verb;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::cli::{Cli, Verb};
+use crate::terminal::Terminal;
+
+fn main() -> ExitCode {
+    panic::install();
+    let cli = Cli::parse();
+    logger::install(cli.global.verbose);
+    let terminal = Terminal::new(&cli.global);
+    let outcome = match &cli.verb {
+        Verb::Convert(args) => verb::convert::run(args, &terminal),
+        Verb::Render(args) => verb::render::run(args, &terminal),
+        Verb::View(args) => verb::view::run(args, &terminal),
+        Verb::Info(args) => verb::info::run(args, &terminal),
+        Verb::Check(args) => verb::check::run(args, &terminal),
+        Verb::Fmt(args) => verb::fmt::run(args, &terminal),
+        Verb::Completions(args) => verb::completions::run(args, &terminal),
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(failure) if failure.is_broken_pipe() => ExitCode::SUCCESS,
+        Err(failure) => {
+            terminal.failure(&failure);
+            ExitCode::from(2)
+        }
+    }
+}

@@ -201,9 +201,10 @@ impl Shown {
         let input = self.egui.take_egui_input(&self.window);
         let context = self.egui.egui_ctx().clone();
         let mut asked = Asked::default();
-        let output = context.run_ui(input, |ui| asked = self.panels.show(ui, model, self.picture.id));
+        let mut output = context.run_ui(input, |ui| asked = self.panels.show(ui, model, self.picture.id));
         for action in &asked.actions {
             if self.act(*action, model) {
+                output.textures_delta.clear();
                 return Ok(Next::Quit);
             }
         }
@@ -213,7 +214,7 @@ impl Shown {
         let primitives = context.tessellate(output.shapes, pixels_per_point);
         let size = self.window.inner_size();
         let presented =
-            self.graphics.paint(&self.window, size, &primitives, &output.textures_delta, pixels_per_point)?;
+            self.graphics.paint(&self.window, size, &primitives, output.textures_delta, pixels_per_point)?;
         let wanted = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |out| out.repaint_delay);
         Ok(Next::At(match presented {
             Presented::Again => Duration::ZERO,

@@ -4,13 +4,13 @@
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// No display can be reached.
-    #[error("no window can be opened: {reason}; `aam render FILE -o picture.png` draws without one")]
+    #[error("no window can be opened: {reason}")]
     NoDisplay {
         /// What the system said.
         reason: String,
     },
     /// There is a display but no device that draws to it.
-    #[error("{0}; `aam render FILE -o picture.png --engine reference` needs none")]
+    #[error(transparent)]
     Gpu(#[from] aam_renderer::GpuError),
     /// The window stopped working while it was open.
     #[error("the window had to be closed: {0}")]

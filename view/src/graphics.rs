@@ -74,7 +74,7 @@ impl Graphics {
         window: &Arc<Window>,
         size: PhysicalSize<u32>,
         primitives: &[egui::ClippedPrimitive],
-        textures: &egui::TexturesDelta,
+        mut textures: egui::TexturesDelta,
         pixels_per_point: f32,
     ) -> Result<Presented, String> {
         // Also a hidden window's textures are taken, for egui sends each only once.
@@ -87,6 +87,7 @@ impl Graphics {
         for id in &textures.free {
             self.painter.free_texture(id);
         }
+        textures.clear();
         presented
     }
 

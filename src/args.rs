@@ -1,0 +1,226 @@
+//! Parsers of option values. Each error says what would have been accepted.
+
+use std::path::PathBuf;
+
+use glam::Vec3;
+
+/// The largest side of a picture in pixels.
+pub(crate) const MAX_SIDE: u32 = 16_384;
+
+/// A picture's width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+}
+
+/// `1280x720`.
+pub(crate) fn size(text: &str) -> Result<Size, String> {
+    let wanted = || format!("expected WIDTHxHEIGHT in pixels, each from 1 to {MAX_SIDE}, such as 1280x720");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wanted)?;
+    let side = |text: &str| match text.trim().parse::<u32>() {
+        Ok(value) if (1..=MAX_SIDE).contains(&value) => Ok(value),
+        _ => Err(wanted()),
+    };
+    Ok(Size { width: side(width)?, height: side(height)? })
+}
+
+/// `1,-2,0.5`: three finite numbers.
+pub(crate) fn vector(text: &str) -> Result<Vec3, String> {
+    let numbers: Vec<f32> = text
+        .split(',')
+        .map(|word| word.trim().parse::<f32>().ok().filter(|value| value.is_finite()))
+        .collect::<Option<_>>()
+        .unwrap_or_default();
+    match numbers[..] {
+        [x, y, z] => Ok(Vec3::new(x, y, z)),
+        _ => Err("expected three numbers X,Y,Z such as 1,-2,0.5".into()),
+    }
+}
+
+/// What is behind the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Background {
+    Transparent,
+    Color(Vec3),
+}
+
+/// `transparent`, a name, `#rgb`, `#rrggbb`, or three numbers from 0 to 1; sRGB-encoded.
+pub(crate) fn background(text: &str) -> Result<Background, String> {
+    let names = [
+        ("black", 0x0),
+        ("white", 0xff_ffff),
+        ("grey", 0x80_8080),
+        ("gray", 0x80_8080),
+        ("red", 0xff_0000),
+        ("green", 0x00_8000),
+        ("blue", 0x00_00ff),
+    ];
+    let hex = |value: u32| {
+        let channel = |shift: u32| ((value >> shift) & 0xff) as f32 / 255.0;
+        Background::Color(Vec3::new(channel(16), channel(8), channel(0)))
+    };
+    let lower = text.to_ascii_lowercase();
+    if lower == "transparent" || lower == "none" {
+        return Ok(Background::Transparent);
+    }
+    if let Some((_, value)) = names.iter().find(|(name, _)| *name == lower) {
+        return Ok(hex(*value));
+    }
+    if let Some(digits) = lower.strip_prefix('#')
+        && digits.bytes().all(|byte| byte.is_ascii_hexdigit())
+        && let Ok(value) = u32::from_str_radix(digits, 16)
+    {
+        match digits.len() {
+            6 => return Ok(hex(value)),
+            3 => return Ok(hex(((value >> 8) * 0x11) << 16 | ((value >> 4 & 0xf) * 0x11) << 8 | (value & 0xf) * 0x11)),
+            _ => {}
+        }
+    }
+    match vector(text) {
+        Ok(color) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Background::Color(color)),
+        _ => Err("expected transparent, a name such as white, #rrggbb, or R,G,B with numbers from 0 to 1".into()),
+    }
+}
+
+/// `500000`, `64k`, `512M`, `4G`, with binary multiples, as in `dd` and `head`.
+pub(crate) fn byte_count(text: &str) -> Result<u64, String> {
+    let wanted = || "expected a number of bytes such as 500000, 64K, 512M or 4G".to_owned();
+    let trimmed = text.trim().trim_end_matches(['b', 'B']);
+    let digits = trimmed.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let shift = match trimmed[digits.len()..].to_ascii_lowercase().as_str() {
+        "" => 0,
+        "k" | "ki" => 10,
+        "m" | "mi" => 20,
+        "g" | "gi" => 30,
+        "t" | "ti" => 40,
+        _ => return Err(wanted()),
+    };
+    let value: u64 = digits.trim().parse().map_err(|_| wanted())?;
+    value.checked_mul(1 << shift).ok_or_else(wanted)
+}
+
+/// A number from `low` to `high`.
+fn between(text: &str, low: f32, high: f32, what: &str) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(value) if value >= low && value <= high => Ok(value),
+        _ => Err(format!("expected {what}")),
+    }
+}
+
+/// A finite number.
+pub(crate) fn number(text: &str) -> Result<f32, String> {
+    between(text, f32::MIN, f32::MAX, "a number")
+}
+
+/// A finite number not below 0.
+pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
+    between(text, 0.0, f32::MAX, "a number not below 0")
+}
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f32, String> {
+    between(text, f32::MIN_POSITIVE, f32::MAX, "a number above 0")
+}
+
+/// A number from 0 to 1.
+pub(crate) fn fraction(text: &str) -> Result<f32, String> {
+    between(text, 0.0, 1.0, "a number from 0 to 1")
+}
+
+/// Frames a second.
+pub(crate) fn frames_per_second(text: &str) -> Result<f32, String> {
+    between(text, 0.01, 1000.0, "frames a second, from 0.01 to 1000")
+}
+
+/// An angle in degrees for normals.
+pub(crate) fn tolerance(text: &str) -> Result<f32, String> {
+    between(text, 0.0, 180.0, "degrees, from 0 to 180")
+}
+
+/// A field of view in degrees.
+pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
+    between(text, 0.1, 175.0, "degrees, from 0.1 to 175")
+}
+
+/// A texture file, for one material or for all.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct TextureFor {
+    pub(crate) material: Option<String>,
+    pub(crate) file: PathBuf,
+}
+
+/// `[MATERIAL=]FILE`. A name with `=` that is a file is a file.
+pub(crate) fn texture_for(text: &str) -> Result<TextureFor, String> {
+    let whole = || TextureFor { material: None, file: text.into() };
+    match text.split_once('=') {
+        Some((material, file)) if !std::path::Path::new(text).is_file() => {
+            if material.is_empty() || file.is_empty() {
+                return Err("expected FILE or MATERIAL=FILE".into());
+            }
+            Ok(TextureFor { material: Some(material.into()), file: file.into() })
+        }
+        _ if text.is_empty() => Err("expected FILE or MATERIAL=FILE".into()),
+        _ => Ok(whole()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_bounded() {
+        assert_eq!(size("1280x720"), Ok(Size { width: 1280, height: 720 }));
+        for wrong in ["", "1280", "0x5", "5x0", "-1x5", "99999x99999", "1e3x5", "5x", "4294967297x1"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn vectors_are_three_finite_numbers() {
+        assert_eq!(vector("1,-2, .5"), Ok(Vec3::new(1.0, -2.0, 0.5)));
+        for wrong in ["", "1,2", "1,2,3,4", "1,2,nan", "1,2,inf", "1,2,x"] {
+            assert!(vector(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn colours_have_names_hex_and_numbers() {
+        let color = |r, g, b| Ok(Background::Color(Vec3::new(r, g, b)));
+        assert_eq!(background("Transparent"), Ok(Background::Transparent));
+        assert_eq!(background("white"), color(1.0, 1.0, 1.0));
+        assert_eq!(background("#ff0000"), color(1.0, 0.0, 0.0));
+        assert_eq!(background("#0f0"), color(0.0, 1.0, 0.0));
+        assert_eq!(background("0,0.5,1"), color(0.0, 0.5, 1.0));
+        for wrong in ["", "#12", "#12345g", "#+12345", "2,0,0", "-1,0,0", "mauve-ish"] {
+            assert!(background(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn byte_counts_take_units() {
+        assert_eq!(byte_count("500000"), Ok(500_000));
+        assert_eq!(byte_count("64K"), Ok(65_536));
+        assert_eq!(byte_count("4GiB"), Ok(4 << 30));
+        for wrong in ["", "K", "-1", "4X", "99999999999999999999", "999999999T"] {
+            assert!(byte_count(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_stay_in_their_range() {
+        assert_eq!(number("-1.5"), Ok(-1.5));
+        assert!(number("nan").is_err() && number("inf").is_err() && number("1e99").is_err());
+        assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-0.1").is_err());
+        assert!(fraction("1.1").is_err() && field_of_view("180").is_err() && frames_per_second("0").is_err());
+    }
+
+    #[test]
+    fn textures_may_name_a_material() {
+        let of = |material: &str, file: &str| Ok(TextureFor { material: Some(material.into()), file: file.into() });
+        assert_eq!(texture_for("Wall=lm.png"), of("Wall", "lm.png"));
+        assert_eq!(texture_for("lm.png"), Ok(TextureFor { material: None, file: "lm.png".into() }));
+        assert!(texture_for("=lm.png").is_err() && texture_for("Wall=").is_err() && texture_for("").is_err());
+    }
+}

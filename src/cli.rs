@@ -1,0 +1,422 @@
+//! The arguments of every verb. Help texts teach by example.
+
+use std::path::PathBuf;
+
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, ValueHint};
+use glam::Vec3;
+
+use crate::args::{self, Background, Size, TextureFor};
+
+const EXAMPLES: &str = "\
+Examples:
+  aam convert model.gltf                    write model.aam and its textures beside it
+  aam render model.aam -o picture.png       draw a picture without a window
+  aam view model.aam                        look at it in a window
+  aam check model.aam                       say what is wrong in it
+
+Exit codes:
+  0    done
+  1    `check` found errors, or `fmt --check` found a file that is not canonical
+  2    it could not be done: wrong arguments, a file that cannot be read or written
+  101  a mistake in this program
+
+Files may be .aam, .gltf, .glb, .obj, .stl, .ply, and for view and render also .scene.toml.
+`aam VERB --help` shows examples of each verb.";
+
+/// Convert, inspect, draw and check AAM (Ascii Animated Mesh) assets.
+#[derive(Debug, Parser)]
+#[command(name = "aam", version, propagate_version = true, arg_required_else_help = true, after_help = EXAMPLES)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) global: Global,
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+/// Options of all verbs.
+#[derive(Debug, Args)]
+#[command(next_display_order = 900)]
+pub(crate) struct Global {
+    /// Say more; -vv adds warnings of the graphics libraries, -vvv all they say
+    #[arg(short, long, global = true, action = ArgAction::Count)]
+    pub(crate) verbose: u8,
+    /// Say nothing but results and errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    /// Convert between AAM, glTF, OBJ and others
+    Convert(Box<ConvertArgs>),
+    /// Draw a picture of a file
+    Render(Box<RenderArgs>),
+    /// Look at a file in a window
+    View(ViewArgs),
+    /// Show what a file holds
+    Info(InfoArgs),
+    /// Find what is wrong in AAM files
+    Check(CheckArgs),
+    /// Rewrite AAM files in their canonical layout
+    Fmt(FmtArgs),
+    /// Print a completion script for a shell
+    Completions(CompletionsArgs),
+}
+
+/// How files are read, whatever is then done with them.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Reading")]
+pub(crate) struct ReadArgs {
+    /// Take this animation clip; without it the first
+    #[arg(long, value_name = "NAME")]
+    pub(crate) animation: Option<String>,
+    /// Sample animations at this rate
+    #[arg(long, value_name = "N", default_value = "30", value_parser = args::frames_per_second)]
+    pub(crate) fps: f32,
+    /// Which axis points up in the input, where its format does not say (OBJ, STL, PLY)
+    #[arg(long, value_name = "AXIS")]
+    pub(crate) up: Option<Axis>,
+    /// Read textures outside the file's own folder
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Refuse files larger than this many bytes (64K, 512M, 4G)
+    #[arg(long, value_name = "BYTES", default_value = "4G", value_parser = args::byte_count)]
+    pub(crate) max_file_size: u64,
+    /// Refuse textures with more pixels than this (16M, 256M)
+    #[arg(long, value_name = "PIXELS", default_value = "256M", value_parser = args::byte_count)]
+    pub(crate) max_texture_pixels: u64,
+}
+
+/// An axis that points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Axis {
+    Y,
+    Z,
+}
+
+const CONVERT_EXAMPLES: &str = "\
+Examples:
+  aam convert model.gltf                    write model.aam and its textures beside it
+  aam convert model.aam model.glb           back to glTF
+  aam convert a.glb b.obj c.stl -o out/     several files into a folder
+  aam convert truck.glb --hierarchy         keep the node hierarchy and its animation (AAM_CHARACTER)
+  aam convert room.obj --light-map Walls=walls_lm.png
+  aam convert chair.glb --physics dynamic --mass 6 --hulls 8
+  aam convert model.gltf --report report.json -v
+
+Input:  .gltf .glb .obj .stl .ply .aam       Output: .aam .glb .gltf .obj
+The output's name decides its format. An output that you name is overwritten; an input never is.";
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = CONVERT_EXAMPLES,
+    override_usage = "aam convert [OPTIONS] IN [OUT]\n       aam convert [OPTIONS] IN... -o FOLDER"
+)]
+pub(crate) struct ConvertArgs {
+    /// File to convert, and the output's name; with --output all are inputs
+    #[arg(value_name = "IN [OUT]", required = true, value_hint = ValueHint::FilePath)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Output file, or the folder that several outputs go to
+    #[arg(short, long, value_name = "PATH", value_hint = ValueHint::AnyPath)]
+    pub(crate) output: Option<PathBuf>,
+    /// Overwrite also files that you did not name, such as a texture or a scene file of the same name
+    #[arg(short, long)]
+    pub(crate) force: bool,
+    /// Write what was kept, changed and lost as JSON
+    #[arg(long, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
+    pub(crate) report: Option<PathBuf>,
+    /// Write local transforms and keys (AAM_CHARACTER) instead of world coordinates
+    #[arg(long)]
+    pub(crate) hierarchy: bool,
+    /// Write explicit normals only where smoothing groups miss them by more than this many degrees
+    #[arg(long, value_name = "DEGREES", default_value = "0.5", value_parser = args::tolerance)]
+    pub(crate) normal_tolerance: f32,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+    #[command(flatten)]
+    pub(crate) textures: TextureArgs,
+    #[command(flatten)]
+    pub(crate) physics: PhysicsArgs,
+    #[command(flatten)]
+    pub(crate) write: WriteArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Textures that the input lacks")]
+pub(crate) struct TextureArgs {
+    /// Add a light map, to one material or to all
+    #[arg(long, value_name = "[MATERIAL=]FILE", value_parser = args::texture_for)]
+    pub(crate) light_map: Vec<TextureFor>,
+    /// Add a tangent-space normal map
+    #[arg(long, value_name = "[MATERIAL=]FILE", value_parser = args::texture_for)]
+    pub(crate) normal_map: Vec<TextureFor>,
+    /// Add a displacement map; --tf, --bias and --scale say how it is applied
+    #[arg(long, value_name = "[MATERIAL=]FILE", value_parser = args::texture_for)]
+    pub(crate) displacement: Vec<TextureFor>,
+    /// Parts that displacement cuts each edge into (TF)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), requires = "displacement")]
+    pub(crate) tf: Option<u32>,
+    /// Displacement where the map is black (BI), in object units
+    #[arg(long, value_name = "F", value_parser = args::number, allow_hyphen_values = true, requires = "displacement")]
+    pub(crate) bias: Option<f32>,
+    /// Added displacement where the map is white (SC), in object units
+    #[arg(long, value_name = "F", value_parser = args::number, allow_hyphen_values = true, requires = "displacement")]
+    pub(crate) scale: Option<f32>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Physics bodies")]
+pub(crate) struct PhysicsArgs {
+    /// Give every object a body
+    #[arg(long, value_name = "MODE")]
+    pub(crate) physics: Option<BodyMode>,
+    /// Mass of each dynamic body in kilograms
+    #[arg(long, value_name = "KG", value_parser = args::positive, requires = "physics", conflicts_with = "density")]
+    pub(crate) mass: Option<f32>,
+    /// Mass from the volume, in kilograms per cubic metre
+    #[arg(long, value_name = "KG/M3", value_parser = args::positive, requires = "physics")]
+    pub(crate) density: Option<f32>,
+    /// Static friction
+    #[arg(long, value_name = "F", value_parser = args::not_negative, requires = "physics")]
+    pub(crate) static_friction: Option<f32>,
+    /// Dynamic friction
+    #[arg(long, value_name = "F", value_parser = args::not_negative, requires = "physics")]
+    pub(crate) dynamic_friction: Option<f32>,
+    /// Restitution, from 0 to 1
+    #[arg(long, value_name = "F", value_parser = args::fraction, requires = "physics")]
+    pub(crate) restitution: Option<f32>,
+    /// At most this many convex hulls for each object
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), requires = "physics")]
+    pub(crate) hulls: Option<u32>,
+    /// Stop splitting once the hulls are this close to the surface, as a fraction of the object's diagonal
+    #[arg(long, value_name = "E", value_parser = args::fraction, requires = "physics")]
+    pub(crate) max_error: Option<f32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BodyMode {
+    /// Never moves
+    Static,
+    /// Moved by the program
+    Kinematic,
+    /// Moved by forces
+    Dynamic,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Writing AAM")]
+pub(crate) struct WriteArgs {
+    /// Only what the original format of XVR knows; what does not fit is reported as lost
+    #[arg(long)]
+    pub(crate) original: bool,
+    /// Bulk data as little-endian binary
+    #[arg(long)]
+    pub(crate) binary: bool,
+    /// This many digits after the point; without it as many as the number needs
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=20))]
+    pub(crate) digits: Option<u8>,
+    /// End lines with CR LF
+    #[arg(long)]
+    pub(crate) crlf: bool,
+}
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  aam render model.aam -o picture.png
+  aam render model.glb -o top.png --view top --size 1920x1080 --background white
+  aam render model.aam -o cut.png --camera-position 3,-4,2 --camera-target 0,0,1 --fov 35
+  aam render model.aam -o turn.png --turntable 36          turn_00.png … turn_35.png
+  aam render model.aam -o '{n}.png' --turntable 36         00.png … 35.png
+  aam render model.aam -o - > picture.png
+  aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows";
+
+#[derive(Debug, Args)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub(crate) struct RenderArgs {
+    /// File to draw: .aam .gltf .glb .obj .stl .ply .scene.toml
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// PNG to write; - is standard output, {n} the number of a turntable picture
+    #[arg(short, long, value_name = "FILE.png", value_hint = ValueHint::FilePath)]
+    pub(crate) output: PathBuf,
+    /// Picture size in pixels
+    #[arg(short, long, value_name = "WxH", default_value = "1280x720", value_parser = args::size)]
+    pub(crate) size: Size,
+    /// Look from front, back, left, right, top, bottom or iso, or through a camera of the file by its name
+    #[arg(long, value_name = "NAME", conflicts_with = "camera_position")]
+    pub(crate) view: Option<String>,
+    /// Where the camera stands, in world coordinates
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::vector, allow_hyphen_values = true)]
+    pub(crate) camera_position: Option<Vec3>,
+    /// The point in the middle of the picture; without it the middle of the scene
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::vector, allow_hyphen_values = true)]
+    pub(crate) camera_target: Option<Vec3>,
+    /// The direction that is up in the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::vector, allow_hyphen_values = true)]
+    pub(crate) camera_up: Option<Vec3>,
+    /// Vertical field of view
+    #[arg(long, value_name = "DEGREES", value_parser = args::field_of_view)]
+    pub(crate) fov: Option<f32>,
+    /// transparent, a name, #rrggbb, or R,G,B from 0 to 1
+    #[arg(short, long, value_name = "COLOR", value_parser = args::background)]
+    pub(crate) background: Option<Background>,
+    /// Compute on colours as stored, or in linear light; without it as the file's kind asks
+    #[arg(long, value_name = "MODE")]
+    pub(crate) shading: Option<Shading>,
+    /// Draw on the GPU, or by ray tracing on the CPU; without it the GPU if there is one
+    #[arg(long, value_name = "ENGINE")]
+    pub(crate) engine: Option<Engine>,
+    /// Samples for each pixel on the GPU
+    #[arg(long, value_name = "N", default_value = "4", value_parser = ["1", "4"])]
+    pub(crate) msaa: String,
+    /// Samples for each pixel of the reference engine
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) samples: u32,
+    /// Hard shadows (reference engine)
+    #[arg(long)]
+    pub(crate) shadows: bool,
+    /// Frame of the animation, from 0
+    #[arg(long, value_name = "F", default_value = "0", value_parser = args::not_negative)]
+    pub(crate) frame: f32,
+    /// Draw N pictures around the object, into numbered files
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) turntable: Option<u32>,
+    /// Show how long each step took
+    #[arg(long)]
+    pub(crate) time: bool,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Shading {
+    /// As VR3Lib and XVR did
+    Source,
+    /// Decoded from sRGB first, encoded last
+    Linear,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    /// wgpu
+    Gpu,
+    /// Ray tracing on the CPU
+    Reference,
+}
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+  aam view model.aam
+  aam view model.glb
+  aam view room.scene.toml
+
+Drag to turn, shift-drag or middle-drag to move, wheel to come closer, F to fit, H for all keys.
+The window follows the file: save it elsewhere and the picture changes.";
+
+#[derive(Debug, Args)]
+#[command(after_help = VIEW_EXAMPLES)]
+pub(crate) struct ViewArgs {
+    /// File to look at: .aam .gltf .glb .obj .stl .ply .scene.toml; without it drop one on the window
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: Option<PathBuf>,
+    /// Window size in pixels
+    #[arg(short, long, value_name = "WxH", default_value = "1280x800", value_parser = args::size)]
+    pub(crate) size: Size,
+    /// Samples for each pixel
+    #[arg(long, value_name = "N", default_value = "4", value_parser = ["1", "4"])]
+    pub(crate) msaa: String,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+const INFO_EXAMPLES: &str = "\
+Examples:
+  aam info model.aam
+  aam info model.glb --json | jq .counts";
+
+#[derive(Debug, Args)]
+#[command(after_help = INFO_EXAMPLES)]
+pub(crate) struct InfoArgs {
+    /// File to look into: .aam .gltf .glb .obj .stl .ply
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+const CHECK_EXAMPLES: &str = "\
+Examples:
+  aam check model.aam
+  aam check models/*.aam --strict
+  aam check model.aam --json | jq '.[].findings[].code'
+
+Exit codes: 0 no finding of error severity, 1 at least one, 2 a file could not be read.";
+
+#[derive(Debug, Args)]
+#[command(after_help = CHECK_EXAMPLES)]
+pub(crate) struct CheckArgs {
+    /// AAM files
+    #[arg(value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Everything that is otherwise a warning is an error
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Leave findings of this code out; may be given several times
+    #[arg(long, value_name = "CODE")]
+    pub(crate) ignore: Vec<String>,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Refuse files larger than this many bytes (64K, 512M, 4G)
+    #[arg(long, value_name = "BYTES", default_value = "4G", value_parser = args::byte_count)]
+    pub(crate) max_file_size: u64,
+}
+
+const FMT_EXAMPLES: &str = "\
+Examples:
+  aam fmt model.aam                          rewrite in place
+  aam fmt --check models/*.aam               only say which are not canonical (exit code 1)
+  aam fmt - < in.aam > out.aam
+
+A BINARY file stays BINARY. A file is replaced as a whole or not at all.";
+
+#[derive(Debug, Args)]
+#[command(after_help = FMT_EXAMPLES)]
+pub(crate) struct FmtArgs {
+    /// AAM files; - reads standard input and writes standard output
+    #[arg(value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Change nothing; exit with 1 if a file is not canonical
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Refuse files larger than this many bytes (64K, 512M, 4G)
+    #[arg(long, value_name = "BYTES", default_value = "4G", value_parser = args::byte_count)]
+    pub(crate) max_file_size: u64,
+}
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  aam completions bash > ~/.local/share/bash-completion/completions/aam
+  aam completions zsh > ~/.zfunc/_aam
+  aam completions fish > ~/.config/fish/completions/aam.fish";
+
+#[derive(Debug, Args)]
+#[command(after_help = COMPLETIONS_EXAMPLES)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn arguments_are_consistent() {
+        super::Cli::command().debug_assert();
+    }
+}

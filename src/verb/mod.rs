@@ -1,0 +1,9 @@
+//! The verbs.
+
+pub(crate) mod check;
+pub(crate) mod completions;
+pub(crate) mod convert;
+pub(crate) mod fmt;
+pub(crate) mod info;
+pub(crate) mod render;
+pub(crate) mod view;

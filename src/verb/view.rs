@@ -1,0 +1,71 @@
+//! `aam view`: a window.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use aam_convert::Progress;
+use aam_renderer::Msaa;
+use aam_scene::NodeId;
+use aam_view::{Opened, Opener, Options, Outline, Saver, ViewError};
+
+use crate::cli::{ReadArgs, ViewArgs};
+use crate::failure::Failure;
+use crate::open;
+use crate::terminal::Terminal;
+use crate::verb::render::warning_text;
+
+pub(crate) fn run(args: &ViewArgs, _terminal: &Terminal) -> Result<ExitCode, Failure> {
+    if let Some(file) = &args.file {
+        // Said here, where it can be mended, rather than in a window.
+        std::fs::metadata(file).map_err(|error| Failure::io(file, "read", &error))?;
+    }
+    let read = Arc::new(args.read.clone());
+    let opener: Opener = Arc::new(move |path: &Path, stage: &dyn Fn(&str)| opened(path, &read, stage));
+    let saver: Saver =
+        Arc::new(|path, scene, camera| open::save_scene(path, scene, camera).map_err(|failure| failure.text()));
+    let samples = args.msaa.parse::<u32>().unwrap_or_default();
+    let options = Options {
+        file: args.file.clone(),
+        size: [args.size.width, args.size.height],
+        msaa: Msaa::try_from(samples).map_err(Failure::new)?,
+        opener,
+        saver,
+        formats: open::FORMATS.into(),
+    };
+    aam_view::run(&options).map_err(|error| match &error {
+        ViewError::NoDisplay { reason } => Failure::new(format_args!("no window can be opened: {reason}"))
+            .help("`aam render FILE -o picture.png` draws without one"),
+        ViewError::Gpu(gpu) => {
+            Failure::new(gpu).help("`aam render FILE -o picture.png --engine reference` draws without a GPU")
+        }
+        ViewError::Lost(_) => Failure::new(&error),
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Tells the window what is being done.
+struct Stages<'a>(&'a dyn Fn(&str));
+
+impl Progress for Stages<'_> {
+    fn stage(&self, name: &str, _total: u64) {
+        (self.0)(name);
+    }
+
+    fn step(&self, _done: u64) {}
+}
+
+fn opened(path: &Path, read: &ReadArgs, stage: &dyn Fn(&str)) -> Result<Opened, String> {
+    let opened = open::scene(path, read, &Stages(stage)).map_err(|failure| failure.text())?;
+    let outlines = opened.documents.iter().flat_map(|(document, first)| {
+        open::collision_outlines(document).into_iter().filter_map(move |(object, segments)| {
+            Some(Outline { node: NodeId(u32::try_from(first + object).ok()?), segments })
+        })
+    });
+    Ok(Opened {
+        outlines: outlines.collect(),
+        sources: opened.sources,
+        warnings: opened.warnings.iter().map(warning_text).collect(),
+        scene: opened.scene,
+    })
+}
