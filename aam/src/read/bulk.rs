@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::fault::{Fault, Parsed, Rest};
-use super::number::{index, integer, real, skip_space};
+use super::number::{index, integer, real, short_indices, short_row, skip_space};
 use super::tags::{fits, not_finite};
 use crate::document::{Group, TexCounts, Triangle};
 
@@ -29,6 +29,11 @@ fn text_rows<'a, const N: usize>(
     let mut rows = Vec::with_capacity(n);
     for _ in 0..n {
         let mut row = [0.0; N];
+        if let Some(tail) = short_row(rest, &mut row) {
+            rows.push(row);
+            rest = tail;
+            continue;
+        }
         for value in &mut row {
             let (tail, number) = real(rest)?;
             if !number.is_finite() {
@@ -128,6 +133,7 @@ enum Row {
     Other,
 }
 
+#[inline(always)]
 fn row_kind(rest: Rest<'_>) -> (Row, Rest<'_>) {
     match rest {
         [b'I', b':', tail @ ..] => (Row::Triangle, tail),
@@ -206,9 +212,13 @@ pub(crate) fn triangles<'a>(
     }
 }
 
+#[inline(always)]
 fn corners<'a>(binary: bool, rest: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, [u32; 3]> {
-    let mut rest = rest;
     let mut indices = [0; 3];
+    if !binary && let Some(tail) = short_indices(rest, limit, &mut indices) {
+        return Ok((tail, indices));
+    }
+    let mut rest = rest;
     if binary {
         rest = match rest {
             [b' ', tail @ ..] => tail,

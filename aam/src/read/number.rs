@@ -7,10 +7,7 @@
 
 use super::fault::{Fault, Parsed, Rest};
 
-const POWERS: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
-    1e21, 1e22,
-];
+const POWERS: [f64; 8] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
 
 /// White space of any kind.
 #[inline]
@@ -30,54 +27,117 @@ pub(crate) fn skip_space(mut rest: Rest<'_>) -> Rest<'_> {
     rest
 }
 
+/// The leading decimal digits of eight bytes: their value, and how many there are.
+///
+/// The bytes are looked at as one word (after Lemire, "Quickly parsing eight digits", 2018): a byte is a digit if adding
+/// 0x76 to its distance from `0` does not reach the top bit, and neighbours are then joined in three steps.
+#[inline(always)]
+fn digits8(word: u64) -> (u64, u32) {
+    let word = word ^ 0x3030_3030_3030_3030;
+    let others = (word.wrapping_add(0x7676_7676_7676_7676) | word) & 0x8080_8080_8080_8080;
+    let count = others.trailing_zeros() / 8;
+    // Fewer than eight digits move up, which puts zeros before them; in two steps, since no digits move by 64 bits.
+    let word = (word << (32 - 4 * count)) << (32 - 4 * count);
+    let pairs = (word.wrapping_mul(10).wrapping_add(word >> 8)) & 0x00ff_00ff_00ff_00ff;
+    let fours = (pairs.wrapping_mul(100).wrapping_add(pairs >> 16)) & 0x0000_ffff_0000_ffff;
+    (fours.wrapping_mul(10_000).wrapping_add(fours >> 32) & 0xffff_ffff, count)
+}
+
+/// The first eight bytes as a little-endian word.
+#[inline(always)]
+fn word8(rest: Rest<'_>) -> Option<u64> {
+    rest.first_chunk::<8>().map(|chunk| u64::from_le_bytes(*chunk))
+}
+
+/// A whole number of one to seven digits with white space after it, after any white space: its value and the bytes
+/// taken, or no bytes where the number is anything else.
+#[inline(always)]
+fn short_integer(rest: Rest<'_>) -> (u32, usize) {
+    let start = skip_space(rest);
+    let Some(word) = word8(start) else { return (0, 0) };
+    let (value, count) = digits8(word);
+    if count.wrapping_sub(1) < 7 && is_space((word >> (8 * count)) as u8) {
+        (value as u32, rest.len() - start.len() + count as usize)
+    } else {
+        (0, 0)
+    }
+}
+
+/// A decimal of at most seven digits before the point and seven after it, after any white space: its value and the
+/// bytes taken, or no bytes where the number is anything else.
+#[inline(always)]
+fn short_real(rest: Rest<'_>) -> (f32, usize) {
+    let start = skip_space(rest);
+    let negative = start.first() == Some(&b'-');
+    let from = usize::from(negative);
+    let Some(word) = start.get(from..).and_then(word8) else { return (0.0, 0) };
+    let (whole, whole_count) = digits8(word);
+    if whole_count >= 8 {
+        return (0.0, 0);
+    }
+    let mut taken = from + whole_count as usize;
+    let mut end = (word >> (8 * whole_count)) as u8;
+    let (mut mantissa, mut scale) = (whole, 0);
+    if end == b'.' {
+        taken += 1;
+        let Some(word) = start.get(taken..).and_then(word8) else { return (0.0, 0) };
+        let (fraction, count) = digits8(word);
+        if count >= 8 {
+            return (0.0, 0);
+        }
+        mantissa = whole * INTEGER_POWERS[count as usize] + fraction;
+        scale = count;
+        taken += count as usize;
+        end = (word >> (8 * count)) as u8;
+    }
+    let value = mantissa as f64 / POWERS[scale as usize];
+    // The 29 bits that f32 drops: a tie, give or take one ulp of f64, cannot be decided here. The smallest value but 0
+    // is 1e-7, so no f32 is subnormal.
+    let dropped = value.to_bits() & 0x1fff_ffff;
+    if !is_space(end) || whole_count + scale == 0 || dropped.wrapping_sub(0x0fff_ffff) <= 2 {
+        return (0.0, 0);
+    }
+    let single = value as f32;
+    (if negative { -single } else { single }, rest.len() - start.len() + taken)
+}
+
+const INTEGER_POWERS: [u64; 8] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000];
+
 /// A real number, after any white space. Non-finite values in the spellings of C and of Microsoft's C are accepted.
 #[inline]
 pub(crate) fn real(rest: Rest<'_>) -> Parsed<'_, f32> {
-    let start = skip_space(rest);
-    let (negative, digits_start) = match start {
-        [b'-', tail @ ..] => (true, tail),
-        [b'+', tail @ ..] => (false, tail),
-        _ => (false, start),
-    };
-    let mut at = digits_start;
-    let mut mantissa: u64 = 0;
-    let mut digits = 0u32;
-    let mut scale = 0u32;
-    while let [byte, tail @ ..] = at {
-        let digit = byte.wrapping_sub(b'0');
-        if digit > 9 {
-            break;
-        }
-        mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-        digits += 1;
-        at = tail;
+    match short_real(rest) {
+        (value, taken @ 1..) => Ok((&rest[taken..], value)),
+        _ => real_slow(skip_space(rest)),
     }
-    if let [b'.', tail @ ..] = at {
-        at = tail;
-        let before = at.len();
-        while let [byte, tail @ ..] = at {
-            let digit = byte.wrapping_sub(b'0');
-            if digit > 9 {
-                break;
-            }
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-            at = tail;
+}
+
+/// Fills a row with reals of the usual short form; gives the rest, or nothing where a number is of another form.
+#[inline(always)]
+pub(crate) fn short_row<'a, const N: usize>(mut rest: Rest<'a>, row: &mut [f32; N]) -> Option<Rest<'a>> {
+    for slot in row {
+        let (value, taken) = short_real(rest);
+        if taken == 0 {
+            return None;
         }
-        scale = u32::try_from(before - at.len()).unwrap_or(u32::MAX);
-        digits = digits.saturating_add(scale);
+        *slot = value;
+        rest = rest.get(taken..)?;
     }
-    let ends = at.first().is_none_or(|&byte| is_space(byte));
-    if ends && digits > 0 && digits <= 19 && mantissa < (1 << 53) && scale <= 22 {
-        let value = mantissa as f64 / POWERS[scale as usize];
-        // The 29 bits that f32 drops: a tie, give or take one ulp of f64, cannot be decided here.
-        let dropped = value.to_bits() & 0x1fff_ffff;
-        let subnormal = value < f64::from(f32::MIN_POSITIVE) && mantissa != 0;
-        if !subnormal && dropped.wrapping_sub(0x0fff_ffff) > 2 {
-            let single = value as f32;
-            return Ok((at, if negative { -single } else { single }));
+    Some(rest)
+}
+
+/// Fills a triple with short indices below a limit; gives the rest, or nothing where one is of another form.
+#[inline(always)]
+pub(crate) fn short_indices<'a>(mut rest: Rest<'a>, limit: usize, row: &mut [u32; 3]) -> Option<Rest<'a>> {
+    for slot in row {
+        let (value, taken) = short_integer(rest);
+        if taken == 0 || value as usize >= limit {
+            return None;
         }
+        *slot = value;
+        rest = rest.get(taken..)?;
     }
-    real_slow(start)
+    Some(rest)
 }
 
 #[cold]
@@ -111,7 +171,14 @@ fn real_slow(start: Rest<'_>) -> Parsed<'_, f32> {
 /// A whole number that fits `i32`, after any white space.
 #[inline]
 pub(crate) fn integer(rest: Rest<'_>) -> Parsed<'_, i32> {
-    let start = skip_space(rest);
+    match short_integer(rest) {
+        (value, taken @ 1..) => Ok((&rest[taken..], value as i32)),
+        _ => integer_slow(skip_space(rest)),
+    }
+}
+
+#[cold]
+fn integer_slow(start: Rest<'_>) -> Parsed<'_, i32> {
     let (negative, mut at) = match start {
         [b'-', tail @ ..] => (true, tail),
         [b'+', tail @ ..] => (false, tail),
@@ -164,7 +231,14 @@ pub(crate) fn count(rest: Rest<'_>) -> Parsed<'_, usize> {
 /// An index below `limit`, after any white space. `what` names the list for the message.
 #[inline]
 pub(crate) fn index<'a>(rest: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, u32> {
-    let start = skip_space(rest);
+    match short_integer(rest) {
+        (value, taken @ 1..) if (value as usize) < limit => Ok((&rest[taken..], value)),
+        _ => index_slow(skip_space(rest), limit, what),
+    }
+}
+
+#[cold]
+fn index_slow<'a>(start: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, u32> {
     let (tail, value) = integer(start)?;
     match u32::try_from(value) {
         Ok(index) if (index as usize) < limit => Ok((tail, index)),
