@@ -133,7 +133,7 @@ pub static CODES: &[CodeInfo] = &[
     warning("material/transparency-range", "`Tr` is outside [0, 1] and is clamped.", "0 is opaque, 1 is invisible."),
     warning(
         "material/shininess",
-        "`Sh` is above 1 and is taken as the exponent itself, or negative and is taken as none.",
+        "`Sh` is above 1 but not above 128 and is taken as the exponent itself, or negative and is taken as none.",
         "Write the exponent divided by 128.",
     ),
     warning("material/alpha-cutoff-range", "`AC` is outside [0, 1].", "Bring it into the range."),
