@@ -1,0 +1,72 @@
+//! How large a document may grow. A glTF file repeats a mesh at the cost of a few bytes, an AAM file cannot, and a
+//! clip of a million seconds is one number; so the product is checked before any of it is made.
+
+use super::fault::{Checked, Fault};
+
+/// Elements of an accessor that no bytes stand behind, in a small file.
+pub(super) const ZERO_FILLED: usize = 1 << 16;
+
+/// Vertices of a document, over all frames (12 bytes each).
+const VERTICES: u64 = 1 << 28;
+
+/// Triangles of a document.
+const TRIANGLES: u64 = 1 << 26;
+
+/// Vertices times morph targets times frames: about a minute of work.
+const MORPHS: u64 = 1 << 34;
+
+/// Vertices read from the file, each morph target counted.
+const DECODED: u64 = 1 << 27;
+
+/// Objects of a document, over all frames.
+const OBJECTS: u64 = 1 << 23;
+
+/// Keys of a document.
+const KEYS: u64 = 1 << 26;
+
+/// Frames of a clip.
+pub(super) const FRAMES: u64 = 1 << 20;
+
+/// Pixels of all textures that are baked.
+const BAKED: u64 = 1 << 32;
+
+/// What a document would hold.
+#[derive(Debug, Default)]
+pub(super) struct Size {
+    pub vertices: u64,
+    pub triangles: u64,
+    pub morphs: u64,
+    pub keys: u64,
+    pub decoded: u64,
+    pub objects: u64,
+}
+
+impl Size {
+    /// Refuses a document that would be too large, before it is made.
+    pub(super) fn check(&self) -> Checked<()> {
+        let reduce = "export fewer instances or a shorter clip, or lower --fps";
+        let check = |count: u64, limit: u64, what: &str| {
+            if count <= limit {
+                return Ok(());
+            }
+            Err(Fault::unsupported(format!("a document of {count} {what} (more than {limit})"), reduce))
+        };
+        check(self.vertices, VERTICES, "vertices over all frames")?;
+        check(self.triangles, TRIANGLES, "triangles")?;
+        check(self.morphs, MORPHS, "morphed vertices over all frames and targets")?;
+        check(self.decoded, DECODED, "vertices with all morph targets")?;
+        check(self.objects, OBJECTS, "objects over all frames")?;
+        check(self.keys, KEYS, "keys")
+    }
+}
+
+/// Refuses more baking than fits a patient wait.
+pub(super) fn check_baked(pixels: u64) -> Checked<()> {
+    if pixels <= BAKED {
+        return Ok(());
+    }
+    Err(Fault::unsupported(
+        format!("baking textures of {pixels} pixels together (more than {BAKED})"),
+        "scale the textures down, or bake occlusion and alpha in the program that made them",
+    ))
+}
