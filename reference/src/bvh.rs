@@ -1,14 +1,12 @@
-//! Bounding volume hierarchy: built by `obvhs` (PLOC with reinsertion), walked here.
+//! Bounding volume hierarchy: built by the crate `bvh` (surface area heuristic), laid out and walked here.
 //!
-//! The walk is our own because crate traversals compare boxes without an error bound, which loses hits at silhouettes,
-//! and because transparency needs all hits in order rather than the nearest.
+//! The walk is our own because the crate's compares boxes without an error bound, and because transparency needs the
+//! nearest few hits in order; with two siblings in a cache line it is also several times as fast.
 
+use bvh::aabb::{Aabb, Bounded};
+use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy as _};
+use bvh::bvh::BvhNode;
 use glam::Vec3;
-use obvhs::aabb::Aabb as BuildBox;
-use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::leaf_collapser::collapse;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 /// Triangles in a leaf, at most.
 const LEAF_SIZE: u32 = 4;
@@ -117,6 +115,29 @@ fn edge(p: (f32, f32), q: (f32, f32)) -> (f32, bool) {
     (exact as f32, side)
 }
 
+/// A triangle's box, for the crate.
+struct Bounds {
+    min: Vec3,
+    max: Vec3,
+    node: usize,
+}
+
+impl Bounded<f32, 3> for Bounds {
+    fn aabb(&self) -> Aabb<f32, 3> {
+        Aabb::with_bounds(self.min.to_array().into(), self.max.to_array().into())
+    }
+}
+
+impl BHShape<f32, 3> for Bounds {
+    fn set_bh_node_index(&mut self, index: usize) {
+        self.node = index;
+    }
+
+    fn bh_node_index(&self) -> usize {
+        self.node
+    }
+}
+
 /// Nodes still to visit. Hierarchies of sane scenes stay within the array.
 struct Stack {
     array: [u32; 64],
@@ -151,51 +172,46 @@ impl Stack {
 
 impl Bvh {
     /// Builds over boxes, and returns the order in which their triangles must be stored.
-    pub(crate) fn build(boxes: impl ExactSizeIterator<Item = (Vec3, Vec3)>) -> (Self, Vec<u32>) {
-        let boxes: Vec<BuildBox> =
-            boxes.map(|(min, max)| BuildBox { min: min.to_array().into(), max: max.to_array().into() }).collect();
-        let indices = (0..boxes.len() as u32).collect();
-        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-            PlocSearchDistance::Medium,
-            &boxes,
-            indices,
-            SortPrecision::U64,
-            3,
-        );
-        let mut optimizer = ReinsertionOptimizer::default();
-        optimizer.run(&mut tree, 0.05, None);
-        collapse(&mut tree, LEAF_SIZE, 2.0);
-        optimizer.run(&mut tree, 0.1, None);
-        (Self::from_tree(&tree), tree.primitive_indices)
-    }
-
-    fn from_tree(tree: &Bvh2) -> Self {
-        let Some(root) = tree.nodes.first() else { return Self::default() };
-        if root.is_leaf() {
-            return Self { pairs: Vec::new(), single_leaf: root.prim_count };
-        }
-        // Breadth first: the top of the tree, which every ray visits, lies together.
-        let mut pairs = Vec::with_capacity(tree.nodes.len() / 2);
-        let mut queue = vec![root.first_index];
-        let mut next = 0;
-        while next < queue.len() {
-            let left = queue[next] as usize;
-            next += 1;
-            let mut pair = Pair { min: [Vec3::ZERO; 2], max: [Vec3::ZERO; 2], first: [0; 2], count: [0; 2] };
-            for (side, node) in tree.nodes[left..=left + 1].iter().enumerate() {
-                pair.min[side] = Vec3::from_array(node.aabb().min.to_array());
-                pair.max[side] = Vec3::from_array(node.aabb().max.to_array());
-                pair.count[side] = node.prim_count;
-                pair.first[side] = if node.is_leaf() {
-                    node.first_index
-                } else {
-                    queue.push(node.first_index);
-                    queue.len() as u32 - 1
-                };
+    pub(crate) fn build(boxes: impl Iterator<Item = (Vec3, Vec3)>) -> (Self, Vec<u32>) {
+        let mut boxes: Vec<Bounds> = boxes.map(|(min, max)| Bounds { min, max, node: 0 }).collect();
+        let nodes = bvh::bvh::Bvh::build_par(&mut boxes).nodes;
+        let mut order = Vec::with_capacity(boxes.len());
+        let mut pairs: Vec<Pair> = Vec::new();
+        // The crate's nodes stand depth first, so that a node and all below it are a range, with one leaf more than
+        // inner nodes. Each entry is a range and the pair and side that shall point to it.
+        let mut open = vec![(0..nodes.len(), None)];
+        while let Some((range, parent)) = open.pop() {
+            let count = range.len().div_ceil(2) as u32;
+            let (first, count) = match nodes.get(range.start) {
+                Some(BvhNode::Node { child_l_aabb, child_r_index, child_r_aabb, .. }) if count > LEAF_SIZE => {
+                    let boxes = [child_l_aabb, child_r_aabb];
+                    let corner = |point: &[f32; 3]| Vec3::from_array(*point);
+                    let pair = pairs.len();
+                    pairs.push(Pair {
+                        min: boxes.map(|aabb| corner(aabb.min.coords.as_ref())),
+                        max: boxes.map(|aabb| corner(aabb.max.coords.as_ref())),
+                        first: [0; 2],
+                        count: [0; 2],
+                    });
+                    open.push((*child_r_index..range.end, Some((pair, 1))));
+                    open.push((range.start + 1..*child_r_index, Some((pair, 0))));
+                    (pair as u32, 0)
+                }
+                _ => {
+                    let first = order.len() as u32;
+                    order.extend(nodes[range].iter().filter_map(|node| match node {
+                        BvhNode::Leaf { shape_index, .. } => Some(*shape_index as u32),
+                        BvhNode::Node { .. } => None,
+                    }));
+                    (first, count)
+                }
+            };
+            if let Some((pair, side)) = parent {
+                (pairs[pair].first[side], pairs[pair].count[side]) = (first, count);
             }
-            pairs.push(pair);
         }
-        Self { pairs, single_leaf: 0 }
+        let single_leaf = if pairs.is_empty() { order.len() as u32 } else { 0 };
+        (Self { pairs, single_leaf }, order)
     }
 
     /// Visits every leaf that the ray may meet between `near` and a far end, roughly front to back. `visit` takes the

@@ -174,11 +174,24 @@ fn numbers_that_are_none_become_what_the_shading_page_says() {
 }
 
 #[test]
-fn very_many_equal_triangles_are_not_a_trap() {
-    // All at one place: no hierarchy can part them.
-    let mut mesh = quad(0.0);
-    mesh.indices = [0, 1, 2, 0, 2, 3].repeat(20_000);
-    mesh.subsets[0].index_count = mesh.indices.len() as u32;
-    let scene = scene(vec![mesh], chalk(), straight_down());
-    assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [255; 4]);
+fn triangles_that_no_hierarchy_can_part_are_not_a_trap() {
+    // All at one place, all around one centre, and each twice as far as the last.
+    let layouts: [fn(f32) -> (f32, f32); 3] =
+        [|_| (1.0, 0.0), |i| (1.0 + i, 0.0), |i| (1.0, -(i % 30.0).exp2() / 1e3 - i / 1e9)];
+    for layout in layouts {
+        let mut mesh = quad(0.0);
+        let (corners, count) = (mesh.positions.clone(), 50_000);
+        let place = |i: u32| {
+            let (scale, z) = layout(i as f32);
+            corners.iter().map(move |corner| *corner * scale + Vec3::Z * z)
+        };
+        mesh.positions = (0..count).flat_map(place).collect();
+        mesh.normals = vec![Vec3::Z; mesh.positions.len()];
+        mesh.indices = (0..count).flat_map(|i| [0, 1, 2, 0, 2, 3].map(|corner| 4 * i + corner)).collect();
+        mesh.subsets[0].index_count = mesh.indices.len() as u32;
+        let scene = scene(vec![mesh], chalk(), straight_down());
+        let (_, stats) = render(&scene, &from_above(3), &Options::default()).unwrap();
+        assert_eq!(draw(&scene, &from_above(3), 1).at(1, 1), [255; 4]);
+        assert!(stats.build + stats.trace < std::time::Duration::from_secs(20), "{stats:?}");
+    }
 }
