@@ -3,10 +3,20 @@
 //! Every importer gives an [`Asset`]: a document, the texture files it names, the lights and cameras that only a
 //! scene file can hold, and a [`Report`] of what was kept, changed and lost. Every exporter takes a document back.
 
+mod aam_file;
+pub mod authoring;
 mod error;
+mod files;
+pub mod gltf_in;
+mod mesh;
+mod obj;
+mod original;
 pub mod phong;
+mod picture;
+mod polygon;
 mod report;
 pub mod smoothing;
+mod uv_lines;
 
 pub use error::ConvertError;
 pub use report::{Change, Outcome, Report};
@@ -16,7 +26,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use aam::Document;
-use aam_scene::{Camera, Light, Up};
+use aam_scene::{Camera, FoundTexture, Light, TextureData, TextureSource, Up};
+
+use authoring::AddedLayer;
+use files::{Replace, save};
 
 /// An asset in memory: what every importer gives and every exporter takes.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +55,21 @@ pub enum TextureFile {
     InMemory(Arc<[u8]>),
 }
 
+/// So that an asset can be drawn without being written first.
+impl TextureSource for Asset {
+    fn find(&self, name: &str) -> Result<FoundTexture, String> {
+        match self.textures.get(name) {
+            Some(TextureFile::OnDisk(path)) => {
+                Ok(FoundTexture { key: path.display().to_string(), data: TextureData::OnDisk(path.clone()) })
+            }
+            Some(TextureFile::InMemory(bytes)) => {
+                Ok(FoundTexture { key: format!("memory:{name}"), data: TextureData::InMemory(bytes.clone()) })
+            }
+            None => Err(format!("{name}: not found when the asset was read")),
+        }
+    }
+}
+
 /// How to import. Defaults are those of `aam convert`.
 #[derive(Clone, Debug)]
 pub struct ImportOptions {
@@ -54,6 +82,8 @@ pub struct ImportOptions {
     /// Largest angle in degrees between an authored normal and the one that smoothing groups give before explicit
     /// normals are written. Default 0.5.
     pub normal_tolerance: f32,
+    /// Give triangles texture coordinates even where their material has no texture, for a layer to be added later.
+    pub keep_uvs: bool,
     /// Read textures outside the asset's folder.
     pub allow_outside: bool,
     /// Which axis points up in formats that do not say: `None` takes +Y for OBJ, and +Z for STL and PLY.
@@ -71,6 +101,7 @@ impl Default for ImportOptions {
             animation: None,
             frames_per_second: 30.0,
             normal_tolerance: 0.5,
+            keep_uvs: false,
             allow_outside: false,
             up: None,
             max_file_size: 4 << 30,
@@ -140,4 +171,107 @@ impl Format {
             _ => return None,
         })
     }
+}
+
+const READABLE: &str = ".aam .gltf .glb .obj .stl .ply";
+const WRITABLE: &str = ".aam .gltf .glb .obj";
+
+/// Reads a file, by its extension.
+///
+/// # Errors
+/// When the extension is unknown, a file cannot be read, or its content is broken or not supported.
+pub fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, ConvertError> {
+    let unknown = || ConvertError::UnknownFormat { path: path.to_owned(), known: READABLE };
+    progress.stage("reading", 0);
+    match Format::of(path).ok_or_else(unknown)? {
+        Format::Aam => aam_file::import(path, options),
+        Format::Gltf | Format::Glb => gltf_in::import(path, options, progress),
+        Format::Obj => obj::import(path, options, progress),
+        Format::Stl | Format::Ply => Err(unknown()),
+    }
+}
+
+/// Writes an asset to a file, by its extension, and the files that belong to it (textures, `.mtl`, `.bin`, scene file)
+/// beside it. Gives what the format could not keep.
+///
+/// Everything is written under temporary names first and renamed last, the main file after the others. A file beside it
+/// that exists with other content is an error unless [`ExportOptions::overwrite`] is set; the named file is replaced.
+///
+/// # Errors
+/// When the extension is not writable, the asset cannot be expressed, or a file cannot be written.
+pub fn export(asset: &Asset, path: &Path, options: &ExportOptions) -> Result<Report, ConvertError> {
+    let files = files_of(asset, path, options)?;
+    save(path, &files, Replace { input: None, main: true, beside: options.overwrite })?;
+    Ok(files.report)
+}
+
+fn files_of(asset: &Asset, path: &Path, options: &ExportOptions) -> Result<files::Files, ConvertError> {
+    let unknown = || ConvertError::UnknownFormat { path: path.to_owned(), known: WRITABLE };
+    let stem = path.file_stem().ok_or_else(unknown)?.to_string_lossy();
+    match Format::of(path).ok_or_else(unknown)? {
+        Format::Aam => aam_file::export(asset, &stem, options),
+        Format::Gltf | Format::Glb | Format::Obj | Format::Stl | Format::Ply => Err(unknown()),
+    }
+}
+
+/// Everything about one conversion.
+#[derive(Clone, Debug, Default)]
+pub struct ConvertOptions {
+    /// How to read.
+    pub import: ImportOptions,
+    /// Layers that the input lacks.
+    pub layers: Vec<AddedLayer>,
+    /// How to write.
+    pub export: ExportOptions,
+}
+
+/// What [`convert`] did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Converted {
+    /// The main file.
+    pub output: PathBuf,
+    /// All files whose content changed, the main one last; those that held the same already are not listed.
+    pub written: Vec<PathBuf>,
+    /// What was kept, changed and lost, reading and writing.
+    pub report: Report,
+}
+
+/// Converts a file. Without an output, `model.gltf` becomes `model.aam` beside it, with its textures and, where it has
+/// lights or cameras, `model.scene.toml`.
+///
+/// The input is never replaced, nor is a file that exists with other content, unless it is the `output` that was named
+/// or [`ExportOptions::overwrite`] is set.
+///
+/// # Errors
+/// Those of [`import`] and [`export`], and options that do not fit the input.
+pub fn convert(
+    input: &Path,
+    output: Option<&Path>,
+    options: &ConvertOptions,
+    progress: &dyn Progress,
+) -> Result<Converted, ConvertError> {
+    let named = output.is_some();
+    let output = output.map_or_else(|| input.with_extension("aam"), Path::to_owned);
+    if !named && Format::of(input) == Some(Format::Aam) {
+        return Err(ConvertError::Option(format!(
+            "{}: say what to convert it to: a name that ends in {WRITABLE}",
+            input.display()
+        )));
+    }
+    let adding = !options.layers.is_empty();
+    let reading = ImportOptions { keep_uvs: options.import.keep_uvs || adding, ..options.import.clone() };
+    let mut asset = import(input, &reading, progress)?;
+    for layer in &options.layers {
+        authoring::add_layer(&mut asset, layer)?;
+    }
+    if adding && !options.import.keep_uvs {
+        authoring::drop_spare_lines(&mut asset.document);
+    }
+    progress.stage("writing", 0);
+    let files = files_of(&asset, &output, &options.export)?;
+    let overwrite = options.export.overwrite;
+    let written = save(&output, &files, Replace { input: Some(input), main: named || overwrite, beside: overwrite })?;
+    let mut report = asset.report;
+    report.append(files.report);
+    Ok(Converted { output, written, report })
 }

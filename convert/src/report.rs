@@ -60,6 +60,15 @@ impl Report {
         self.add(Outcome::Lost, subject, property, note.into(), None);
     }
 
+    /// All lines of another report after these.
+    pub fn append(&mut self, other: Self) {
+        for change in other.changes {
+            if !self.changes.contains(&change) {
+                self.changes.push(change);
+            }
+        }
+    }
+
     /// How many lines have this outcome.
     pub fn count(&self, outcome: Outcome) -> usize {
         self.changes.iter().filter(|change| change.outcome == outcome).count()
