@@ -163,7 +163,7 @@ fn options(args: &ConvertArgs) -> ConvertOptions {
         Axis::Z => Up::Z,
     });
     let export = ExportOptions { write, original: args.write.original, up, overwrite: args.force };
-    ConvertOptions { import, export }
+    ConvertOptions { import, export, ..ConvertOptions::default() }
 }
 
 fn one(
