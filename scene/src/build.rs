@@ -82,7 +82,7 @@ pub fn build(document: &Document, textures: &dyn TextureSource, options: &BuildO
         }
         let later = &later[..later.len().min(frame_count.kept - 1)];
         let ids: Vec<_> = mesh.subsets.iter().map(|subset| material_list.of(subset, &materials, &textures)).collect();
-        mesh_of.push(Some(mesh_list.share(weld_mesh(object, mesh, &ids, later, &shared))));
+        mesh_of.push(Some(mesh_list.share(Arc::new(weld_mesh(object, mesh, &ids, later, &shared)))));
     }
 
     let motions = object_motions(document);
@@ -104,7 +104,7 @@ pub fn build(document: &Document, textures: &dyn TextureSource, options: &BuildO
     let scene = Scene {
         up: Up::Z,
         nodes,
-        meshes: mesh_list.list.into_iter().map(Arc::new).collect(),
+        meshes: mesh_list.list,
         materials: material_list.list,
         textures: textures.list,
         animation,

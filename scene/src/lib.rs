@@ -7,6 +7,7 @@
 //! maps are data.
 
 mod build;
+pub mod file;
 mod frames;
 mod materials;
 mod mesh;
@@ -15,5 +16,6 @@ mod types;
 mod weld;
 
 pub use build::{BuildOptions, Built, build};
+pub use file::{AssetEntry, BackgroundEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError, SceneSyntaxError};
 pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureLimits, TextureSource, load_texture};
 pub use types::*;

@@ -134,12 +134,18 @@ impl MaterialList {
             Some(leaf) => from_leaf(&materials.leaves()[leaf], subset.uv_layers, textures),
             None => Material { name: "(default)".to_owned(), ..Material::default() },
         };
+        let id = self.share(material);
+        self.known.insert(key, id);
+        id
+    }
+
+    /// The material itself, or the one that it is equal to.
+    pub(crate) fn share(&mut self, material: Material) -> MaterialId {
         let next = MaterialId(self.list.len() as u32);
         let id = *self.same.entry((material.name.clone(), words(&material))).or_insert(next);
         if id == next {
             self.list.push(material);
         }
-        self.known.insert(key, id);
         id
     }
 }

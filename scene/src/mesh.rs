@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 
 use aam::document::{Layer, Object};
 use aam::meaning::{Materials, ObjectMesh, SmoothingRule};
@@ -143,15 +144,18 @@ fn displacement(object: &Object) -> Option<Displacement> {
 #[derive(Default)]
 pub(crate) struct Meshes {
     /// The meshes, in order of first use.
-    pub(crate) list: Vec<Mesh>,
+    pub(crate) list: Vec<Arc<Mesh>>,
     by_hash: HashMap<u64, Vec<MeshId>>,
 }
 
 impl Meshes {
     /// The mesh itself, or the one that it is equal to in everything but its name.
-    pub(crate) fn share(&mut self, mesh: Mesh) -> MeshId {
+    pub(crate) fn share(&mut self, mesh: Arc<Mesh>) -> MeshId {
         let same = self.by_hash.entry(hash(&mesh)).or_default();
-        let equal = |other: &Mesh| {
+        let equal = |other: &Arc<Mesh>| {
+            if Arc::ptr_eq(other, &mesh) {
+                return true;
+            }
             let Mesh {
                 name: _,
                 positions,
@@ -164,7 +168,7 @@ impl Meshes {
                 bounds,
                 displacement,
                 frames,
-            } = other;
+            } = &**other;
             *positions == mesh.positions
                 && *normals == mesh.normals
                 && *tangents == mesh.tangents
@@ -186,12 +190,21 @@ impl Meshes {
     }
 }
 
-/// A hash of what mostly differs between meshes; equal ones are compared.
+/// A hash of nearly all that a mesh holds; equal ones are compared.
 fn hash(mesh: &Mesh) -> u64 {
     let mut hasher = DefaultHasher::new();
     mesh.indices.hash(&mut hasher);
-    for position in &mesh.positions {
-        position.bits().hash(&mut hasher);
+    for subset in &mesh.subsets {
+        (subset.first_index, subset.material).hash(&mut hasher);
+    }
+    for vector in mesh.positions.iter().chain(&mesh.normals) {
+        vector.bits().hash(&mut hasher);
+    }
+    for uv in mesh.uvs.iter().flatten().flatten() {
+        uv.bits().hash(&mut hasher);
+    }
+    for color in mesh.colors.iter().flatten() {
+        color.bits().hash(&mut hasher);
     }
     hasher.finish()
 }

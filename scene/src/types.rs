@@ -213,7 +213,8 @@ impl Aabb {
 
     /// Length of the diagonal; 0 when empty.
     pub fn diagonal(&self) -> f32 {
-        if self.is_empty() { 0.0 } else { (self.max - self.min).length() }
+        // Squares of large coordinates leave the range of 32 bits.
+        if self.is_empty() { 0.0 } else { self.max.as_dvec3().distance(self.min.as_dvec3()) as f32 }
     }
 
     /// The box around the transformed box.
@@ -348,42 +349,30 @@ pub enum Pixels {
 }
 
 /// A light source. Colours multiply the material's terms of the same name.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// Name.
-    #[serde(default)]
     pub name: String,
     /// What kind of source, and where.
-    #[serde(flatten)]
     pub kind: LightKind,
     /// Ambient colour.
-    #[serde(default)]
     pub ambient: Vec3,
     /// Diffuse colour; may exceed 1.
-    #[serde(default = "white")]
     pub diffuse: Vec3,
     /// Specular colour; may exceed 1.
-    #[serde(default = "white")]
     pub specular: Vec3,
     /// Its extent, for soft shadows; `None` is a point.
-    #[serde(default)]
     pub shape: Option<LightShape>,
 }
 
-const fn white() -> Vec3 {
-    Vec3::ONE
-}
-
 /// The kinds of light.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum LightKind {
     /// Shines from a point to all sides.
     Point {
         /// World position.
         position: Vec3,
         /// How it weakens with distance.
-        #[serde(default)]
         falloff: Falloff,
     },
     /// Shines everywhere in one direction.
@@ -402,7 +391,6 @@ pub enum LightKind {
         /// Half angle in radians outside which there is none.
         outer: f32,
         /// How it weakens with distance.
-        #[serde(default)]
         falloff: Falloff,
     },
 }
@@ -419,8 +407,7 @@ pub enum Falloff {
 }
 
 /// The extent of a light.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "form", rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightShape {
     /// A disc facing the light's direction (for a point light, the scene's centre).
     Disc {
@@ -442,10 +429,9 @@ pub enum LightShape {
 }
 
 /// A camera: where it stands, where it looks, what it sees.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name.
-    #[serde(default)]
     pub name: String,
     /// World position.
     pub position: Vec3,
@@ -454,7 +440,6 @@ pub struct Camera {
     /// Roughly up; need not be perpendicular.
     pub up: Vec3,
     /// Projection.
-    #[serde(flatten)]
     pub projection: Projection,
     /// Distance of the near plane, above 0.
     pub near: f32,
@@ -463,8 +448,7 @@ pub struct Camera {
 }
 
 /// How the camera projects.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Perspective.
     Perspective {
@@ -601,15 +585,16 @@ impl Scene {
         self.fitting_camera_from(direction, aspect)
     }
 
-    /// A perspective camera that sees everything, looking from `direction` (from the centre towards the camera).
+    /// A perspective camera that sees everything with a small margin, looking from `direction` (from the centre towards
+    /// the camera). It looks at the box around everything, at the first frame of moving nodes.
     pub fn fitting_camera_from(&self, direction: Vec3, aspect: f32) -> Camera {
         const FOV_Y: f32 = 0.7;
+        const MARGIN: f32 = 1.05;
         let bounds = self.bounds();
-        let radius = (0.5 * bounds.diagonal()).max(1e-6);
-        let narrow = 2.0 * ((0.5 * FOV_Y).tan() * aspect.min(1.0)).atan();
-        let distance = radius / (0.5 * narrow).sin();
-        let direction = direction.normalize_or(Vec3::Y);
-        let up = if direction.cross(self.up.axis()).length() < 1e-3 {
+        // A point is seen from about a metre away, and so is nothing.
+        let radius = Some(0.5 * bounds.diagonal()).filter(|&radius| radius > 0.0).unwrap_or(0.5);
+        let backward = direction.normalize_or(Vec3::Y);
+        let up = if backward.cross(self.up.axis()).length() < 1e-3 {
             match self.up {
                 Up::Z => Vec3::Y,
                 Up::Y => Vec3::NEG_Z,
@@ -617,13 +602,30 @@ impl Scene {
         } else {
             self.up.axis()
         };
+        let right = up.cross(backward).normalize_or(Vec3::X);
+        let upward = backward.cross(right);
+        let tangent = (0.5 * FOV_Y).tan();
+        let wide = tangent * if aspect > 0.0 { aspect } else { 1.0 };
+        // Far enough for each corner to be inside the sides of the frustum.
+        let half = if bounds.is_empty() { Vec3::ZERO } else { 0.5 * bounds.max - 0.5 * bounds.min };
+        let mut nearest = 0.0_f32;
+        let mut depth = 0.0_f32;
+        for corner in 0..8 {
+            let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = half * Vec3::new(sign(0), sign(1), sign(2));
+            let towards = corner.dot(backward);
+            depth = depth.max(towards);
+            let needed = (corner.dot(right).abs() / wide).max(corner.dot(upward).abs() / tangent);
+            nearest = nearest.max(towards + MARGIN * needed);
+        }
+        let distance = nearest.max(if bounds.diagonal() > 0.0 { depth + 2e-3 * radius } else { 1.0 });
         Camera {
             name: "fit".into(),
-            position: bounds.center() + direction * distance,
+            position: bounds.center() + backward * distance,
             target: bounds.center(),
             up,
             projection: Projection::Perspective { fov_y: FOV_Y },
-            near: ((distance - radius) * 0.5).max(distance * 1e-3),
+            near: (0.5 * (distance - depth)).max(1e-3 * distance),
             far: distance + 2.0 * radius,
         }
     }
@@ -648,3 +650,7 @@ impl View {
         self.width.max(1) as f32 / self.height.max(1) as f32
     }
 }
+
+#[cfg(test)]
+#[path = "types_tests.rs"]
+mod tests;
