@@ -88,10 +88,9 @@ pub fn build(document: &Document, textures: &dyn TextureSource, options: &BuildO
     let motions = object_motions(document);
     let first =
         if has_local_coordinates(document) { frame_range(document).map_or(0.0, |(first, _)| first) } else { 0.0 };
-    let mut node_of = vec![NodeId(0); meshes.len()];
+    let node_of = nodes_in_order(&hierarchy.order);
     let mut nodes: Vec<Node> = Vec::with_capacity(meshes.len());
     for &index in &hierarchy.order {
-        node_of[index] = NodeId(nodes.len() as u32);
         nodes.push(Node {
             name: document.objects()[index].name.decoded(),
             parent: hierarchy.parents[index].map(|parent| node_of[parent]),
@@ -111,6 +110,20 @@ pub fn build(document: &Document, textures: &dyn TextureSource, options: &BuildO
         ..Scene::default()
     };
     Built { scene, warnings }
+}
+
+/// The node that [`build`] makes of each object of frame 0, by the object's position. Parents come before children, which
+/// in a document need not be so.
+pub fn object_nodes(document: &Document) -> Vec<NodeId> {
+    nodes_in_order(&Hierarchy::of(document.objects()).order)
+}
+
+fn nodes_in_order(order: &[usize]) -> Vec<NodeId> {
+    let mut nodes = vec![NodeId(0); order.len()];
+    for (node, &object) in order.iter().enumerate() {
+        nodes[object] = NodeId(node as u32);
+    }
+    nodes
 }
 
 fn unused_numbers(document: &Document) -> Option<Finding> {

@@ -163,7 +163,9 @@ fn tangents_only_where_a_tangent_space_map_is_drawn() {
 #[test]
 fn parents_stand_before_children_and_empty_nodes_stay() {
     let objects = square(5, 9, -1, 0) + "Obj: 9 empty\nPar: -1\n{\nMatID: -1\nV_List: 0\nTV_List: 0\nI_List: 0\n}\n";
-    let Built { scene, .. } = built(&file(&[], "None", &[objects]), &NoTextures);
+    let text = file(&[], "None", &[objects]);
+    let Built { scene, .. } = built(&text, &NoTextures);
+    assert_eq!(object_nodes(&read(&text)), [NodeId(1), NodeId(0)]);
     let nodes: Vec<_> = scene.nodes.iter().map(|node| (node.name.as_str(), node.parent, node.mesh.is_some())).collect();
     assert_eq!(nodes, [("empty", None, false), ("square5", Some(NodeId(0)), true)]);
     assert!(scene.nodes.iter().all(|node| node.local == Affine3A::IDENTITY));

@@ -237,7 +237,7 @@ mod tests {
     use crate::document::Flagged;
 
     fn single(name: &str) -> Material {
-        let body = MaterialBody::Single(Box::new(SingleMaterial::default()));
+        let body = MaterialBody::Single(Box::default());
         Material { number: 0, name: name.into(), body, unknown: Vec::new() }
     }
 

@@ -119,9 +119,9 @@ impl ObjectMesh {
             let layers: Vec<Layer> =
                 lookup.leaf().map_or_else(Vec::new, |leaf| materials.leaves()[leaf].present_layers().collect());
             let mut last: Option<([bool; 4], usize)> = None;
-            for index in next..end {
+            for (run, index) in runs[next..end].iter_mut().zip(next..) {
                 let given = lines.next().unwrap_or(&[]);
-                runs[index] = (run_start, given.len() as u32);
+                *run = (run_start, given.len() as u32);
                 run_start += given.len() as u32;
                 if !drawable(&faces.triangles[index], object, counts) {
                     continue;

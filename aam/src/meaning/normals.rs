@@ -224,12 +224,9 @@ mod tests {
                     expected += SIDES[face / 2];
                 }
             }
-            for (face, triangle) in triangles.iter().enumerate() {
-                for corner in 0..3 {
-                    if triangle.vertices[corner] == vertex {
-                        let found = normals[face][corner];
-                        assert!(close(found, expected.normalize()), "vertex {vertex}: {found} is not {expected}");
-                    }
+            for (triangle, normals) in triangles.iter().zip(&normals) {
+                for (_, &found) in triangle.vertices.iter().zip(normals).filter(|(at, _)| **at == vertex) {
+                    assert!(close(found, expected.normalize()), "vertex {vertex}: {found} is not {expected}");
                 }
             }
         }
