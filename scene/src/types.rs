@@ -217,6 +217,22 @@ impl Aabb {
         if self.is_empty() { 0.0 } else { self.max.as_dvec3().distance(self.min.as_dvec3()) as f32 }
     }
 
+    /// How far from its centre a camera with these axes (right, up, backward) stands to see all of the box, when
+    /// `tangents` are those of half its angles, wide and high; and how far the box reaches towards the camera.
+    pub fn fitting_distance(&self, [right, up, backward]: [Vec3; 3], tangents: Vec2) -> (f32, f32) {
+        let half = if self.is_empty() { Vec3::ZERO } else { 0.5 * self.max - 0.5 * self.min };
+        let (mut distance, mut depth) = (0.0_f32, 0.0_f32);
+        for corner in 0..8 {
+            let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = half * Vec3::new(sign(0), sign(1), sign(2));
+            let towards = corner.dot(backward);
+            depth = depth.max(towards);
+            let aside = (corner.dot(right).abs() / tangents.x).max(corner.dot(up).abs() / tangents.y);
+            distance = distance.max(towards + aside);
+        }
+        (distance, depth)
+    }
+
     /// The box around the transformed box.
     #[must_use]
     pub fn transformed(&self, transform: &Affine3A) -> Self {
@@ -606,18 +622,7 @@ impl Scene {
         let upward = backward.cross(right);
         let tangent = (0.5 * FOV_Y).tan();
         let wide = tangent * if aspect > 0.0 { aspect } else { 1.0 };
-        // Far enough for each corner to be inside the sides of the frustum.
-        let half = if bounds.is_empty() { Vec3::ZERO } else { 0.5 * bounds.max - 0.5 * bounds.min };
-        let mut nearest = 0.0_f32;
-        let mut depth = 0.0_f32;
-        for corner in 0..8 {
-            let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-            let corner = half * Vec3::new(sign(0), sign(1), sign(2));
-            let towards = corner.dot(backward);
-            depth = depth.max(towards);
-            let needed = (corner.dot(right).abs() / wide).max(corner.dot(upward).abs() / tangent);
-            nearest = nearest.max(towards + MARGIN * needed);
-        }
+        let (nearest, depth) = bounds.fitting_distance([right, upward, backward], Vec2::new(wide, tangent) / MARGIN);
         let distance = nearest.max(if bounds.diagonal() > 0.0 { depth + 2e-3 * radius } else { 1.0 });
         Camera {
             name: "fit".into(),
