@@ -1,7 +1,7 @@
 //! Which camera the arguments ask for.
 
 use aam_scene::{Aabb, Camera, Projection, Scene, Up};
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 use crate::cli::RenderArgs;
 use crate::failure::Failure;
@@ -10,8 +10,8 @@ const SIDES: [&str; 7] = ["front", "back", "left", "right", "top", "bottom", "is
 
 /// The camera for the first (or only) picture.
 ///
-/// `own` is true where the file was made to be looked at through its cameras: its first one is then the default.
-pub(crate) fn choose(args: &RenderArgs, scene: &Scene, own: bool) -> Result<Camera, Failure> {
+/// `active` is the one that the file names to be looked through first.
+pub(crate) fn choose(args: &RenderArgs, scene: &Scene, active: Option<&Camera>) -> Result<Camera, Failure> {
     let aspect = args.size.width as f32 / args.size.height as f32;
     let bounds = scene.bounds();
     let mut camera = match (&args.view, args.camera_position) {
@@ -22,7 +22,7 @@ pub(crate) fn choose(args: &RenderArgs, scene: &Scene, own: bool) -> Result<Came
             target: args.camera_target.unwrap_or_else(|| bounds.center()),
             ..scene.fitting_camera(aspect)
         },
-        (None, None) => match scene.cameras.first().filter(|_| own) {
+        (None, None) => match active {
             Some(camera) => camera.clone(),
             None => scene.fitting_camera(aspect),
         },
@@ -40,9 +40,15 @@ pub(crate) fn choose(args: &RenderArgs, scene: &Scene, own: bool) -> Result<Came
         if let (false, None, Projection::Perspective { fov_y: before }) =
             (from_file, args.camera_position, camera.projection)
         {
-            // What was fitted stays fitted.
-            let closer = narrow(before, aspect) / narrow(fov_y, aspect);
-            camera.position = camera.target + (camera.position - camera.target) * closer;
+            // What was fitted stays fitted, with the same margin.
+            let backward = (camera.position - camera.target).normalize_or(Vec3::Y);
+            let right = camera.up.cross(backward).normalize_or(Vec3::X);
+            let distance = |fov_y: f32| {
+                let high = (0.5 * fov_y).tan();
+                bounds.fitting_distance([right, backward.cross(right), backward], Vec2::new(high * aspect, high)).0
+            };
+            let margin = camera.position.distance(camera.target) / distance(before).max(f32::MIN_POSITIVE);
+            camera.position = camera.target + backward * (margin.clamp(1.0, 2.0) * distance(fov_y));
         }
         camera.projection = Projection::Perspective { fov_y };
     }
@@ -57,11 +63,6 @@ pub(crate) fn choose(args: &RenderArgs, scene: &Scene, own: bool) -> Result<Came
         (camera.near, camera.far) = depth_range(&camera, &bounds);
     }
     Ok(camera)
-}
-
-/// Sine of half the narrower field of view.
-fn narrow(fov_y: f32, aspect: f32) -> f32 {
-    ((0.5 * fov_y).tan() * aspect.min(1.0)).atan().sin()
 }
 
 fn other_up(up: Up) -> Vec3 {
@@ -180,7 +181,7 @@ mod tests {
         for up in [Up::Y, Up::Z] {
             for side in SIDES {
                 for fov in ["20", "90", "150"] {
-                    let camera = choose(&args(&["--view", side, "--fov", fov]), &scene(up), false).expect("a camera");
+                    let camera = choose(&args(&["--view", side, "--fov", fov]), &scene(up), None).expect("a camera");
                     assert!(sees_all(&camera), "{up:?} {side} {fov} {camera:?}");
                 }
             }
@@ -189,45 +190,45 @@ mod tests {
 
     #[test]
     fn the_front_is_where_gltf_has_it() {
-        let z = choose(&args(&["--view", "front"]), &scene(Up::Z), false).expect("a camera");
+        let z = choose(&args(&["--view", "front"]), &scene(Up::Z), None).expect("a camera");
         assert!(z.position.y < -1.0 && (z.position.x - 10.0).abs() < 1e-4);
-        let y = choose(&args(&["--view", "front"]), &scene(Up::Y), false).expect("a camera");
+        let y = choose(&args(&["--view", "front"]), &scene(Up::Y), None).expect("a camera");
         assert!(y.position.z > 1.0 && (y.position.x - 10.0).abs() < 1e-4);
     }
 
     #[test]
     fn a_camera_of_the_file_is_found_by_name() {
         let scene = scene(Up::Z);
-        assert_eq!(choose(&args(&["--view", "door"]), &scene, false).expect("a camera"), scene.cameras[0]);
-        assert_eq!(choose(&args(&[]), &scene, true).expect("a camera"), scene.cameras[0]);
-        assert_eq!(choose(&args(&[]), &scene, false).expect("a camera").name, "fit");
-        let error = choose(&args(&["--view", "window"]), &scene, false).expect_err("no such camera");
+        assert_eq!(choose(&args(&["--view", "door"]), &scene, None).expect("a camera"), scene.cameras[0]);
+        assert_eq!(choose(&args(&[]), &scene, scene.cameras.first()).expect("a camera"), scene.cameras[0]);
+        assert_eq!(choose(&args(&[]), &scene, None).expect("a camera").name, "fit");
+        let error = choose(&args(&["--view", "window"]), &scene, None).expect_err("no such camera");
         assert!(error.help.is_some_and(|help| help.contains("Door") && help.contains("front")));
     }
 
     #[test]
     fn places_can_be_given() {
         let given = args(&["--camera-position", "10,-6,0", "--camera-target", "10,0,0.5", "--camera-up", "0,0,1"]);
-        let camera = choose(&given, &scene(Up::Z), false).expect("a camera");
+        let camera = choose(&given, &scene(Up::Z), None).expect("a camera");
         assert_eq!((camera.position, camera.target), (Vec3::new(10.0, -6.0, 0.0), Vec3::new(10.0, 0.0, 0.5)));
         assert!(camera.near > 0.0 && camera.near < 5.0 && camera.far > 7.0);
-        let inside = choose(&args(&["--camera-position", "10,0.1,0"]), &scene(Up::Z), false).expect("a camera");
+        let inside = choose(&args(&["--camera-position", "10,0.1,0"]), &scene(Up::Z), None).expect("a camera");
         assert!(inside.near > 0.0 && inside.near < 0.01);
         let nowhere = args(&["--camera-position", "1,2,3", "--camera-target", "1,2,3"]);
-        assert!(choose(&nowhere, &scene(Up::Z), false).is_err());
+        assert!(choose(&nowhere, &scene(Up::Z), None).is_err());
     }
 
     #[test]
     fn looking_along_up_is_possible() {
         let above = args(&["--camera-position", "10,0,9", "--camera-target", "10,0,0"]);
-        let camera = choose(&above, &scene(Up::Z), false).expect("a camera");
+        let camera = choose(&above, &scene(Up::Z), None).expect("a camera");
         assert!(camera.view().is_finite() && sees_all(&camera));
     }
 
     #[test]
     fn a_turntable_goes_around_and_comes_back() {
         let scene = scene(Up::Z);
-        let start = choose(&args(&[]), &scene, false).expect("a camera");
+        let start = choose(&args(&[]), &scene, None).expect("a camera");
         let quarter = turned(&start, scene.up, 0.25);
         assert!((quarter.position.z - start.position.z).abs() < 1e-4);
         assert!(quarter.position.distance(start.position) > 1.0 && sees_all(&quarter));

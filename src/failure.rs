@@ -6,6 +6,7 @@ use std::path::Path;
 
 use aam::FileError;
 use aam_convert::ConvertError;
+use aam_scene::SceneFileError;
 
 /// An error as the command line shows it: what is wrong, and what to do about it.
 #[derive(Debug)]
@@ -108,6 +109,15 @@ impl From<ConvertError> for Failure {
     fn from(error: ConvertError) -> Self {
         match error {
             ConvertError::File(error) => error.into(),
+            other => Self::new(other),
+        }
+    }
+}
+
+impl From<SceneFileError> for Failure {
+    fn from(error: SceneFileError) -> Self {
+        match error {
+            SceneFileError::File(error) => error.into(),
             other => Self::new(other),
         }
     }

@@ -7,6 +7,7 @@ mod failure;
 mod human;
 mod logger;
 mod open;
+mod outlines;
 mod panic;
 mod picture;
 mod progress;

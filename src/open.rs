@@ -1,12 +1,14 @@
 //! Opening whatever file the user names: as an asset, or as a scene to draw.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use aam::document::{Body, Primitive};
 use aam::{Document, Finding};
-use aam_convert::{Asset, Format, ImportOptions, Progress, Report};
-use aam_scene::{BuildOptions, FolderTextures, FoundTexture, Scene, Shading, TextureLimits, TextureSource};
-use glam::Vec3;
+use aam_convert::{Asset, Format, ImportOptions, Progress};
+use aam_scene::{
+    BuildOptions, Built, Camera, FolderTextures, FoundTexture, Scene, SceneFile, Shading, TextureLimits, TextureSource,
+};
 
 use crate::cli::{Axis, ReadArgs};
 use crate::failure::Failure;
@@ -19,14 +21,12 @@ pub(crate) struct OpenedScene {
     pub(crate) scene: Scene,
     /// What was odd on the way.
     pub(crate) warnings: Vec<Finding>,
-    /// What an importer kept, changed and lost; empty for AAM.
-    pub(crate) report: Report,
-    /// It is a scene file, whose cameras are there to be looked through.
-    pub(crate) is_scene_file: bool,
+    /// The camera to look through first, if the file names one.
+    pub(crate) camera: Option<Camera>,
     /// Files that it came from, beside textures.
     pub(crate) sources: Vec<PathBuf>,
     /// Each document in it, and the node of its first object.
-    pub(crate) documents: Vec<(Document, usize)>,
+    pub(crate) documents: Vec<(Arc<Document>, usize)>,
 }
 
 /// The format of a file, for people.
@@ -65,32 +65,93 @@ pub(crate) fn asset(path: &Path, options: &ImportOptions, progress: &dyn Progres
     Ok(aam_convert::import(path, options, progress)?)
 }
 
-/// A file as a scene.
+/// A file as a scene: an asset, or what a scene file lists.
 pub(crate) fn scene(path: &Path, args: &ReadArgs, progress: &dyn Progress) -> Result<OpenedScene, Failure> {
+    if !SceneFile::is_one(path) {
+        let part = part(path, args, progress)?;
+        return Ok(OpenedScene {
+            scene: part.scene,
+            warnings: part.warnings,
+            camera: None,
+            sources: Vec::new(),
+            documents: vec![(part.document, 0)],
+        });
+    }
+    let file = SceneFile::read(path)?;
+    let sources = file.asset_paths(path);
+    // An asset that stands in several places is read once.
+    let mut parts: BTreeMap<&Path, Part> = BTreeMap::new();
+    for source in &sources {
+        if !parts.contains_key(source.as_path()) {
+            if SceneFile::is_one(source) {
+                return Err(Failure::new(format_args!(
+                    "{}: {} is a scene file itself",
+                    path.display(),
+                    source.display()
+                ))
+                .help("list its assets instead"));
+            }
+            parts.insert(source, part(source, args, progress)?);
+        }
+    }
+    let used = || sources.iter().filter_map(|source| parts.get(source.as_path()));
+    let mut first = 0;
+    let mut documents = Vec::new();
+    for part in used() {
+        // Each asset hangs below a node of its own.
+        documents.push((Arc::clone(&part.document), first + 1));
+        first += 1 + part.scene.nodes.len();
+    }
+    let built = file.assemble(used().map(|part| part.scene.clone()).collect(), path);
+    let mut warnings: Vec<Finding> = parts.values().flat_map(|part| part.warnings.iter().cloned()).collect();
+    warnings.extend(built.warnings);
+    Ok(OpenedScene { camera: file.active(&built.scene).cloned(), scene: built.scene, warnings, sources, documents })
+}
+
+/// One asset of a scene.
+struct Part {
+    scene: Scene,
+    document: Arc<Document>,
+    warnings: Vec<Finding>,
+}
+
+fn part(path: &Path, args: &ReadArgs, progress: &dyn Progress) -> Result<Part, Failure> {
     let asset = asset(path, &import_options(args), progress)?;
     progress.stage("loading textures", 0);
     let textures = Textures::new(&asset, path, args);
-    let built = aam_scene::build(&asset.document, &textures, &BuildOptions::default());
-    let mut scene = built.scene;
+    let Built { mut scene, warnings } = aam_scene::build(&asset.document, &textures, &BuildOptions::default());
     scene.lights.extend(asset.lights);
     scene.cameras.extend(asset.cameras);
     if matches!(Format::of(path), Some(Format::Gltf | Format::Glb)) {
         scene.shading = Shading::Linear;
     }
-    Ok(OpenedScene {
-        scene,
-        warnings: built.warnings,
-        report: asset.report,
-        is_scene_file: false,
-        sources: Vec::new(),
-        documents: vec![(asset.document, 0)],
-    })
+    Ok(Part { scene, document: Arc::new(asset.document), warnings })
 }
 
-/// Writes what was changed in a window to the scene file; gives its name.
-pub(crate) fn save_scene(path: &Path, scene: &Scene, camera: &aam_scene::Camera) -> Result<PathBuf, Failure> {
-    let _ = (path, scene, camera);
-    Err(Failure::new("not yet"))
+/// Writes what was changed in the scene of a file to its scene file, or to one beside an asset; gives its name.
+pub(crate) fn save_scene(path: &Path, before: &Scene, after: &Scene, camera: &Camera) -> Result<PathBuf, Failure> {
+    if SceneFile::is_one(path) {
+        let mut file = SceneFile::read(path)?;
+        file.record(before, after, camera);
+        file.write(path)?;
+        return Ok(path.to_owned());
+    }
+    let target = SceneFile::path_beside(path);
+    let plain = SceneFile::of_asset(&target, path);
+    let mut file = if target.exists() { SceneFile::read(&target)? } else { plain.clone() };
+    if file.asset_paths(&target) != plain.asset_paths(&target) {
+        return Err(Failure::new(format_args!("{} is there already and shows something else", target.display()))
+            .help("open that file to change it, or rename it"));
+    }
+    // As the scene file sees it: below a node for the asset.
+    let assembled = |scene: &Scene| {
+        let mut assembled = plain.assemble(vec![scene.clone()], &target).scene;
+        assembled.background = scene.background.clone();
+        assembled
+    };
+    file.record(&assembled(before), &assembled(after), camera);
+    file.write(&target)?;
+    Ok(target)
 }
 
 /// An asset's textures within limits; where it has none of a name, the file's folder says why.
@@ -115,101 +176,5 @@ impl TextureSource for Textures<'_> {
 
     fn limits(&self) -> TextureLimits {
         self.folder.limits()
-    }
-}
-
-/// The edges of a document's collision shapes: object (as position in frame 0) and lines in its coordinates.
-pub(crate) fn collision_outlines(document: &Document) -> Vec<(usize, Vec<[Vec3; 2]>)> {
-    let bodies = document.physics.iter().flat_map(|physics| &physics.bodies);
-    bodies
-        .filter_map(|body| {
-            let object = document.objects().iter().position(|object| object.id == body.object)?;
-            Some(body_outlines(body).map(move |segments| (object, segments)))
-        })
-        .flatten()
-        .collect()
-}
-
-fn body_outlines(body: &Body) -> impl Iterator<Item = Vec<[Vec3; 2]>> {
-    let pieces = body.pieces.iter().flatten().map(|piece| {
-        let point = |index: u32| piece.vertices.get(index as usize).copied().map(Vec3::from_array);
-        let mut edges: Vec<[u32; 2]> = piece
-            .triangles
-            .iter()
-            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
-        edges.sort_unstable();
-        edges.dedup();
-        edges.into_iter().filter_map(|[a, b]| Some([point(a)?, point(b)?])).collect()
-    });
-    pieces.chain(body.primitives.iter().flatten().map(primitive_outline))
-}
-
-fn primitive_outline(primitive: &Primitive) -> Vec<[Vec3; 2]> {
-    match *primitive {
-        Primitive::Box { center, orientation, half } => {
-            let turn = glam::Quat::from_array(orientation);
-            let turn = if turn.length_squared() > 0.0 { turn.normalize() } else { glam::Quat::IDENTITY };
-            let corner = |bits: u8| {
-                let sign = |bit: u8| if bits & bit == 0 { -1.0 } else { 1.0 };
-                Vec3::from_array(center) + turn * (Vec3::from_array(half) * Vec3::new(sign(1), sign(2), sign(4)))
-            };
-            let edges = (0..8_u8).flat_map(|bits| [1, 2, 4].map(|bit| (bits, bit)));
-            edges.filter(|(bits, bit)| bits & bit == 0).map(|(bits, bit)| [corner(bits), corner(bits | bit)]).collect()
-        }
-        Primitive::Sphere { center, radius } => {
-            let axes = [(Vec3::X, Vec3::Y), (Vec3::Y, Vec3::Z), (Vec3::Z, Vec3::X)];
-            axes.into_iter().flat_map(|(a, b)| arc(center.into(), radius * a, radius * b, 1.0)).collect()
-        }
-        Primitive::Capsule { a, b, radius } => {
-            let (a, b) = (Vec3::from_array(a), Vec3::from_array(b));
-            let along = (b - a).normalize_or(Vec3::Z);
-            let (side, other) = along.any_orthonormal_pair();
-            let (side, other, along) = (radius * side, radius * other, radius * along);
-            let mut lines = Vec::new();
-            for (end, out) in [(a, -along), (b, along)] {
-                lines.extend(arc(end, side, other, 1.0));
-                lines.extend(arc(end, side, out, 0.5));
-                lines.extend(arc(end, other, out, 0.5));
-            }
-            lines.extend([side, -side, other, -other].map(|offset| [a + offset, b + offset]));
-            lines
-        }
-    }
-}
-
-/// Part of a circle from `center + a` through `center + b`.
-fn arc(center: Vec3, a: Vec3, b: Vec3, turns: f32) -> impl Iterator<Item = [Vec3; 2]> {
-    const STEPS: u16 = 48;
-    let steps = (f32::from(STEPS) * turns) as u16;
-    let point = move |step: u16| {
-        let (sin, cos) = (f32::from(step) / f32::from(STEPS) * std::f32::consts::TAU).sin_cos();
-        center + a * cos + b * sin
-    };
-    (0..steps).map(move |step| [point(step), point(step + 1)])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn outline(primitive: Primitive) -> Vec<[Vec3; 2]> {
-        primitive_outline(&primitive)
-    }
-
-    #[test]
-    fn outlines_lie_on_the_shapes() {
-        let ball = outline(Primitive::Sphere { center: [1.0, 2.0, 3.0], radius: 2.0 });
-        assert_eq!(ball.len(), 3 * 48);
-        assert!(ball.iter().flatten().all(|p| (p.distance(Vec3::new(1.0, 2.0, 3.0)) - 2.0).abs() < 1e-4));
-        let cube =
-            outline(Primitive::Box { center: [0.0; 3], orientation: [0.0, 0.0, 0.0, 1.0], half: [1.0, 2.0, 3.0] });
-        assert_eq!(cube.len(), 12);
-        assert!(cube.iter().flatten().all(|p| p.abs() == Vec3::new(1.0, 2.0, 3.0)));
-        let (a, b) = (Vec3::ZERO, Vec3::new(0.0, 0.0, 2.0));
-        let pill = outline(Primitive::Capsule { a: a.into(), b: b.into(), radius: 0.5 });
-        let distance = |p: &Vec3| p.distance(Vec3::new(0.0, 0.0, p.z.clamp(0.0, 2.0)));
-        assert!(pill.iter().flatten().all(|p| (distance(p) - 0.5).abs() < 1e-5));
     }
 }

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use aam::WriteOptions;
-use aam::document::Encoding;
+use aam::document::{Encoding, Layer};
+use aam_convert::authoring::AddedLayer;
 use aam_convert::{Change, ConvertOptions, Converted, ExportOptions, Format, ImportOptions, Outcome, Report};
 use aam_scene::Up;
 use serde::Serialize;
@@ -163,7 +164,28 @@ fn options(args: &ConvertArgs) -> ConvertOptions {
         Axis::Z => Up::Z,
     });
     let export = ExportOptions { write, original: args.write.original, up, overwrite: args.force };
-    ConvertOptions { import, export, ..ConvertOptions::default() }
+    ConvertOptions { import, layers: layers(args), export }
+}
+
+/// Layers that the input lacks.
+fn layers(args: &ConvertArgs) -> Vec<AddedLayer> {
+    let given = &args.textures;
+    let kinds = [
+        (Layer::LightMap, &given.light_map),
+        (Layer::Normal, &given.normal_map),
+        (Layer::Displacement, &given.displacement),
+    ];
+    let mut layers = Vec::new();
+    for (layer, texture) in kinds.into_iter().flat_map(|(layer, textures)| textures.iter().map(move |t| (layer, t))) {
+        let mut added = AddedLayer::new(layer, &texture.file);
+        added.materials.extend(texture.material.clone());
+        let parameters = &mut added.displacement;
+        parameters.tessellation = given.tf.unwrap_or(parameters.tessellation);
+        parameters.bias = given.bias.unwrap_or(parameters.bias);
+        parameters.scale = given.scale.unwrap_or(parameters.scale);
+        layers.push(added);
+    }
+    layers
 }
 
 fn one(

@@ -43,7 +43,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<ExitCode, Fa
     tell(&opened, terminal);
     let mut scene = opened.scene;
     apply(args, &mut scene);
-    let base = camera::choose(args, &scene, opened.is_scene_file)?;
+    let base = camera::choose(args, &scene, opened.camera.as_ref())?;
     let mut engine = choose_engine(args, device, terminal)?;
     let pictures = args.turntable.unwrap_or(1);
     let mut bytes = 0;

@@ -11,9 +11,9 @@ use aam_view::{Opened, Opener, Options, Outline, Saver, ViewError};
 
 use crate::cli::{ReadArgs, ViewArgs};
 use crate::failure::Failure;
-use crate::open;
 use crate::terminal::Terminal;
 use crate::verb::render::warning_text;
+use crate::{open, outlines};
 
 pub(crate) fn run(args: &ViewArgs, _terminal: &Terminal) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.file {
@@ -22,8 +22,9 @@ pub(crate) fn run(args: &ViewArgs, _terminal: &Terminal) -> Result<ExitCode, Fai
     }
     let read = Arc::new(args.read.clone());
     let opener: Opener = Arc::new(move |path: &Path, stage: &dyn Fn(&str)| opened(path, &read, stage));
-    let saver: Saver =
-        Arc::new(|path, scene, camera| open::save_scene(path, scene, camera).map_err(|failure| failure.text()));
+    let saver: Saver = Arc::new(|path, before, after, camera| {
+        open::save_scene(path, before, after, camera).map_err(|failure| failure.text())
+    });
     let samples = args.msaa.parse::<u32>().unwrap_or_default();
     let options = Options {
         file: args.file.clone(),
@@ -58,12 +59,13 @@ impl Progress for Stages<'_> {
 fn opened(path: &Path, read: &ReadArgs, stage: &dyn Fn(&str)) -> Result<Opened, String> {
     let opened = open::scene(path, read, &Stages(stage)).map_err(|failure| failure.text())?;
     let outlines = opened.documents.iter().flat_map(|(document, first)| {
-        open::collision_outlines(document).into_iter().filter_map(move |(object, segments)| {
+        outlines::of(document).into_iter().filter_map(move |(object, segments)| {
             Some(Outline { node: NodeId(u32::try_from(first + object).ok()?), segments })
         })
     });
     Ok(Opened {
         outlines: outlines.collect(),
+        camera: opened.camera,
         sources: opened.sources,
         warnings: opened.warnings.iter().map(warning_text).collect(),
         scene: opened.scene,

@@ -6,6 +6,8 @@ use glam::{Vec2, Vec3};
 /// Steepest look up or down, just short of the pole.
 const STEEPEST: f32 = 1.570;
 const FOV_Y: f32 = 0.7;
+/// How much larger than what is fitted the picture is.
+const MARGIN: f32 = 1.08;
 
 /// A camera as angles around a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,10 +82,12 @@ impl Eye {
 
     /// Looks the same way from where all of the box is seen.
     pub(crate) fn fit(&mut self, bounds: Aabb, aspect: f32) {
-        let radius = radius(&bounds);
-        let narrow = 2.0 * ((0.5 * self.fov_y).tan() * aspect.clamp(0.05, 1.0)).atan();
+        let high = (0.5 * self.fov_y).tan() / MARGIN;
+        let (right, up) = self.right_and_up();
+        let tangents = Vec2::new(high * aspect.clamp(0.05, 20.0), high);
+        let (distance, depth) = bounds.fitting_distance([right, up, self.back()], tangents);
         self.target = bounds.center();
-        self.distance = radius / (0.5 * narrow).sin();
+        self.distance = distance.max(depth + 0.01 * radius(&bounds));
     }
 
     /// Looks from a standard direction.
@@ -246,6 +250,7 @@ mod tests {
             for (side, name) in Side::ALL {
                 let mut eye = Eye::new(up, unit_box(), 1.0);
                 eye.look_from(side);
+                eye.fit(unit_box(), 1.0);
                 for corner in 0..8 {
                     let pick = |bit: u8| if corner & bit == 0 { -1.0 } else { 1.0 };
                     let seen = project(&eye.camera(), Vec3::new(pick(1), pick(2), pick(4)));

@@ -30,9 +30,9 @@ use glam::Vec3;
 /// Reads a file, on a thread of its own. The second argument is told what is being done; the error is a sentence.
 pub type Opener = Arc<dyn Fn(&Path, &dyn Fn(&str)) -> Result<Opened, String> + Send + Sync>;
 
-/// Writes what the user changed in the scene of a file, and the camera as it stands; gives the file written. The error
-/// is a sentence.
-pub type Saver = Arc<dyn Fn(&Path, &Scene, &Camera) -> Result<PathBuf, String> + Send + Sync>;
+/// Writes what the user changed: the file, its scene as it was read, the scene now, and the camera as it stands. Gives the
+/// file written. The error is a sentence.
+pub type Saver = Arc<dyn Fn(&Path, &Scene, &Scene, &Camera) -> Result<PathBuf, String> + Send + Sync>;
 
 /// What the window shows, and how.
 #[derive(Clone)]
@@ -67,6 +67,8 @@ impl fmt::Debug for Options {
 pub struct Opened {
     /// What it shows.
     pub scene: Scene,
+    /// The camera to look through first; `None` sees everything.
+    pub camera: Option<Camera>,
     /// Outlines of collision shapes.
     pub outlines: Vec<Outline>,
     /// Files that it came from; when one changes, it is read again. The file itself need not be among them.

@@ -77,6 +77,8 @@ pub(crate) struct Model {
     pub(crate) path: Option<PathBuf>,
     /// The last that could be read.
     pub(crate) opened: Option<Opened>,
+    /// The scene of `opened` before the user changed it.
+    original: Scene,
     /// Counts what was opened, for caches.
     pub(crate) generation: u64,
     /// Why the file on disk is not what is shown.
@@ -95,6 +97,8 @@ pub(crate) struct Model {
     /// Width over height of the picture.
     pub(crate) aspect: f32,
     outlines: Option<(u64, usize, Option<Arc<Shape>>)>,
+    /// Frames still to be drawn until timings of the GPU are there: they come late.
+    settling: u8,
 }
 
 impl Model {
@@ -113,6 +117,7 @@ impl Model {
             watch: None,
             path: None,
             opened: None,
+            original: Scene::default(),
             generation: 0,
             problem: None,
             notice: None,
@@ -127,6 +132,7 @@ impl Model {
             stats: FrameStats::default(),
             aspect: 1.5,
             outlines: None,
+            settling: 0,
         };
         if let Some(file) = &options.file {
             model.open(file);
@@ -158,6 +164,7 @@ impl Model {
         match finished.result {
             Ok(mut opened) => {
                 self.problem = None;
+                self.original = opened.scene.clone();
                 if finished.reload {
                     self.carry_over(&mut opened);
                 } else {
@@ -172,10 +179,14 @@ impl Model {
                     self.say("Read again, as the file changed.");
                 } else {
                     self.eye = Eye::new(opened.scene.up, bounds, self.aspect);
+                    if let Some(camera) = &opened.camera {
+                        self.eye.look_through(camera);
+                    }
                 }
                 self.follow(&finished.path, &opened);
                 self.opened = Some(opened);
                 self.generation += 1;
+                self.settling = 3;
                 self.stale = true;
             }
             Err(reason) => self.problem = Some(reason),
@@ -374,7 +385,7 @@ impl Model {
 
     fn save(&mut self) {
         let (Some(path), Some(opened)) = (&self.path, &self.opened) else { return };
-        match (self.saver)(path, &opened.scene, &self.eye.camera()) {
+        match (self.saver)(path, &self.original, &opened.scene, &self.eye.camera()) {
             Ok(saved) => {
                 if saved == *path {
                     // From now on the file itself says so.
@@ -431,7 +442,8 @@ impl Model {
 
     /// Draws the picture.
     pub(crate) fn draw(&mut self, renderer: &mut Renderer, target: &Target<'_>, width: u32, height: u32) {
-        self.stale = false;
+        self.stale = self.settling > 0;
+        self.settling = self.settling.saturating_sub(1);
         let options = self.options();
         let view = self.view(width, height);
         let Some(opened) = &self.opened else { return };

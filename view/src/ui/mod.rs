@@ -1,6 +1,7 @@
 //! The panels around the picture, and what the pointer does on it.
 
 mod help;
+mod icons;
 mod inspector;
 mod lights;
 mod theme;

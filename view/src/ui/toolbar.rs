@@ -4,6 +4,7 @@ use aam_renderer::Show;
 use aam_scene::Layer;
 use egui::{Align, ComboBox, Layout, Slider};
 
+use super::icons::{self, Icon};
 use super::{inspector, theme};
 use crate::eye::Side;
 use crate::model::{Action, Model, file_name};
@@ -93,14 +94,14 @@ fn show_name(show: Show) -> String {
 pub(super) fn time(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec<Action>) {
     let Some(animation) = model.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) else { return };
     ui.horizontal(|ui| {
-        if ui.button("⏮").on_hover_text("One frame back (,)").clicked() {
+        if icons::button(ui, Icon::Back, true).on_hover_text("One frame back (,)").clicked() {
             actions.push(Action::Step(-1));
         }
-        let play = if model.playback.playing { "⏸" } else { "▶" };
-        if ui.button(play).on_hover_text("Play or pause (Space)").clicked() {
+        let play = if model.playback.playing { Icon::Pause } else { Icon::Play };
+        if icons::button(ui, play, true).on_hover_text("Play or pause (Space)").clicked() {
             actions.push(Action::PlayPause);
         }
-        if ui.button("⏭").on_hover_text("One frame on (.)").clicked() {
+        if icons::button(ui, Icon::On, true).on_hover_text("One frame on (.)").clicked() {
             actions.push(Action::Step(1));
         }
         let last = animation.frame_count.saturating_sub(1);

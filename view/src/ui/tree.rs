@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use aam_scene::{NodeId, Scene};
 use egui::{Align, Layout, RichText, ScrollArea, Sense, UiBuilder};
 
+use super::icons::{self, Icon};
 use super::theme;
 
 /// Which parts of the tree are closed, and what is searched.
@@ -106,12 +107,8 @@ impl Tree {
         let (rect, _) =
             ui.allocate_exact_size([ui.available_width(), ui.spacing().interact_size.y].into(), Sense::hover());
         let mut line = ui.new_child(UiBuilder::new().max_rect(rect).layout(Layout::right_to_left(Align::Center)));
-        let eye = RichText::new(if node.visible { "👁" } else { "–" }).color(theme::WEAK);
-        if line
-            .add(egui::Button::new(eye).frame(false).min_size([20.0, 0.0].into()))
-            .on_hover_text(if node.visible { "Hide" } else { "Show" })
-            .clicked()
-        {
+        let icon = if node.visible { Icon::Shown } else { Icon::Hidden };
+        if icons::button(&mut line, icon, false).on_hover_text(if node.visible { "Hide" } else { "Show" }).clicked() {
             node.visible = !node.visible;
             event = Some(TreeEvent::VisibilityChanged(row.node));
         }
@@ -121,10 +118,7 @@ impl Tree {
             ui.add_space(12.0 * row.depth.min(12) as f32);
             if row.parent_of_some {
                 let open = !self.closed.contains(&row.node);
-                let arrow = RichText::new(if open { "⏷" } else { "⏵" }).color(theme::WEAK);
-                if ui.add(egui::Button::new(arrow).frame(false).min_size([16.0, 0.0].into())).clicked()
-                    && !self.closed.remove(&row.node)
-                {
+                if icons::arrow(ui, open).clicked() && !self.closed.remove(&row.node) {
                     self.closed.insert(row.node);
                 }
             } else {
