@@ -26,8 +26,8 @@ fn flip_agrees_with_the_authors_implementation() -> Result<(), Box<dyn Error>> {
         let (_, reference, test) = pairs.iter().find(|pair| pair.0 == name).ok_or("a pair of that name")?;
         let map = flip(reference, test, numbers[0] as f32)?;
         worst_mean = worst_mean.max((map.mean() - numbers[1]).abs());
-        // Both compute in single precision, in different order.
-        assert!((map.mean() - numbers[1]).abs() < 1e-5, "{name}: mean {} {}", map.mean(), numbers[1]);
+        // The authors add up the mean in single precision: of a constant map it is 6e-5 off.
+        assert!((map.mean() - numbers[1]).abs() < 1e-4, "{name}: mean {} {}", map.mean(), numbers[1]);
         for ((x, y), expected) in PROBES.into_iter().zip(&numbers[2..]) {
             let column = (x * f64::from(map.width)) as usize;
             let row = (y * f64::from(map.height)) as usize;
