@@ -102,7 +102,8 @@ pub fn add_layer(asset: &mut Asset, added: &AddedLayer) -> Result<(), ConvertErr
     Ok(())
 }
 
-/// Takes out the `TI:` lines that belong to no layer, which [`crate::ImportOptions::keep_uvs`] left.
+/// Takes out the `TI:` lines that belong to no layer, which [`crate::ImportOptions::keep_uvs`] left, and the texture
+/// coordinates that nothing names any more.
 pub(crate) fn drop_spare_lines(document: &mut Document) {
     let materials = Materials::of(document);
     for object in document.geometry.frames.iter_mut().flat_map(|frame| &mut frame.objects) {
@@ -113,6 +114,9 @@ pub(crate) fn drop_spare_lines(document: &mut Document) {
         match result {
             Ok(()) => {}
             Err(never) => match never {},
+        }
+        if let Some(faces) = &mut object.faces {
+            uv_lines::drop_unused(faces);
         }
     }
 }

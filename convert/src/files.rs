@@ -84,7 +84,7 @@ pub(crate) fn save(path: &Path, files: &Files, replace: Replace) -> Result<Vec<P
     }
     if !occupied.is_empty() {
         return Err(ConvertError::Option(format!(
-            "{}: {} with other content; write to another place, or replace with --overwrite",
+            "{}: {} with other content; write to another place, or replace with --force",
             occupied.join(", "),
             if occupied.len() == 1 { "exists" } else { "exist" },
         )));

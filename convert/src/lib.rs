@@ -8,6 +8,7 @@ pub mod authoring;
 mod error;
 mod files;
 pub mod gltf_in;
+mod gltf_out;
 mod mesh;
 mod obj;
 mod original;
@@ -210,7 +211,10 @@ fn files_of(asset: &Asset, path: &Path, options: &ExportOptions) -> Result<files
     let stem = path.file_stem().ok_or_else(unknown)?.to_string_lossy();
     match Format::of(path).ok_or_else(unknown)? {
         Format::Aam => aam_file::export(asset, &stem, options),
-        Format::Gltf | Format::Glb | Format::Obj | Format::Stl | Format::Ply => Err(unknown()),
+        Format::Gltf => gltf_out::export(asset, &stem, gltf_out::Container::Gltf),
+        Format::Glb => gltf_out::export(asset, &stem, gltf_out::Container::Glb),
+        Format::Obj => obj::export(asset, &stem, options),
+        Format::Stl | Format::Ply => Err(unknown()),
     }
 }
 

@@ -55,6 +55,14 @@ pub(crate) fn to_z_up(up: aam_scene::Up, [x, y, z]: [f32; 3]) -> [f32; 3] {
     }
 }
 
+/// From AAM's axes to a file's; the inverse of [`to_z_up`].
+pub(crate) fn from_z_up(up: aam_scene::Up, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    match up {
+        aam_scene::Up::Y => [x, z, 0.0 - y],
+        aam_scene::Up::Z => [x, y, z],
+    }
+}
+
 impl Part {
     /// Makes vertices of equal position and colour one, so that smoothing crosses where they meet. Vertices keep the
     /// order of first use; those that no triangle uses go.
@@ -183,7 +191,7 @@ fn object(id: i32, mut part: Part, used: &mut Used, tolerance: f32, keep_uvs: bo
     ranks.iter().for_each(|rank| totals[*rank] += 1);
 
     let material = used.material(&part.name, &order);
-    let mut faces = Faces { tex_coords: part.tex_coords, ..Faces::default() };
+    let mut faces = Faces::default();
     let mut counts = Vec::with_capacity(sorted.len());
     for index in &sorted {
         let triangle = &part.triangles[*index];
@@ -197,6 +205,11 @@ fn object(id: i32, mut part: Part, used: &mut Used, tolerance: f32, keep_uvs: bo
         counts.push(lines as u8);
     }
     faces.tex_counts = uv_lines::tex_counts(counts);
+    faces.tex_coords = part.tex_coords;
+    uv_lines::drop_unused(&mut faces);
+    if faces.tex_indices.is_empty() && part.triangles.iter().any(|triangle| triangle.tex_coords.is_some()) {
+        report.lost(&subject, "texture coordinates", "its materials have no texture, so nothing would use them");
+    }
     // In a Multi the id is the position of the sub-material, else it repeats `MatID`.
     let ids = (0..).map(|sub| if order.len() > 1 { sub } else { material });
     faces.groups = ids.zip(totals).map(|(id, triangles)| Group { id, triangles }).collect();

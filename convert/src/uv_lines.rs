@@ -1,6 +1,6 @@
 //! Changing which `TI:` lines the triangles of an object have.
 
-use aam::document::{Layer, Object, TexCounts};
+use aam::document::{Faces, Layer, Object, TexCounts};
 use aam::meaning::Materials;
 
 /// A triangle's texture coordinates, on the way from one set of layers to another.
@@ -48,4 +48,27 @@ pub(crate) fn rewrite<E>(
 pub(crate) fn tex_counts(counts: Vec<u8>) -> TexCounts {
     let first = counts.first().copied().unwrap_or(0);
     if counts.iter().all(|count| *count == first) { TexCounts::Uniform(first) } else { TexCounts::Each(counts) }
+}
+
+/// Takes out the texture coordinates that no line names; the others keep their order.
+pub(crate) fn drop_unused(faces: &mut Faces) {
+    let mut numbers = vec![u32::MAX; faces.tex_coords.len()];
+    for index in faces.tex_indices.iter().flatten() {
+        if let Some(number) = numbers.get_mut(*index as usize) {
+            *number = 0;
+        }
+    }
+    let mut next = 0;
+    for number in numbers.iter_mut().filter(|number| **number == 0) {
+        *number = next;
+        next += 1;
+    }
+    let mut at = 0;
+    faces.tex_coords.retain(|_| {
+        at += 1;
+        numbers[at - 1] != u32::MAX
+    });
+    for index in faces.tex_indices.iter_mut().flatten() {
+        *index = numbers.get(*index as usize).copied().unwrap_or(*index);
+    }
 }
