@@ -1,0 +1,45 @@
+//! What can go wrong in an experiment.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why an experiment has no result.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum LabError {
+    /// An asset cannot be read.
+    #[error(transparent)]
+    Import(#[from] aam_convert::ConvertError),
+    /// A scene file cannot be read.
+    #[error(transparent)]
+    SceneFile(#[from] aam_scene::SceneFileError),
+    /// There is no GPU, or it cannot be used.
+    #[error(transparent)]
+    Gpu(#[from] aam_renderer::GpuError),
+    /// The renderer could not draw.
+    #[error(transparent)]
+    Render(#[from] aam_renderer::RenderError),
+    /// The reference could not draw.
+    #[error(transparent)]
+    Reference(#[from] aam_reference::Error),
+    /// Two pictures could not be compared.
+    #[error(transparent)]
+    Compare(#[from] crate::metrics::CompareError),
+    /// A result cannot be written.
+    #[error("{}: cannot write: {source}", path.display())]
+    Save {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// A picture cannot be encoded.
+    #[error("{}: cannot write the picture: {reason}", path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What the encoder says.
+        reason: String,
+    },
+}
