@@ -309,3 +309,109 @@ fn the_same_document_gives_the_same_scene() {
     let (a, b) = (built(&text, &source), built(&text, &source));
     assert_eq!(format!("{a:?}"), format!("{b:?}"));
 }
+
+/// A document with everything that a build looks at: layers, a Multi, smoothing, colours, keys of every kind, frames.
+fn everything(animation: &str) -> String {
+    let layers = format!("Tx: {}TS: N\nTN: {}", texture("a.png", ""), texture("n.png", "NS: TANGENT\n"));
+    let materials = [material(0, "m", &layers), material(1, "n", "Tx: N\nTS: N\nAC: 0.5\n")];
+    let keys = "PsSam: 2\n0 1 2 3\n9 4 5 6\nRtSam: 2\n0 1 0 0 1\n9 0 1 0 2\nScSam: 2\n0 0 0 0 1 1 2 3\n9 0 0 1 1 3 2 1\n\
+                PsBez: 2\n0 1 2 3 1 1 1 2 2 2 0\n9 3 2 1 1 1 1 2 2 2 0\nRtBez: 2\n0 1 2 3 1 1 1 2 2 2 0\n9 3 2 1 1 1 1 2 2 2 0\n\
+                ScBez: 2\n0 1 1 1 0 0 0 1 0 0 0 0 0 0 0\n9 2 2 2 0 0 0 1 0 0 0 0 0 0 0\nRtIPA: 2\n0 1 2 3\n9 2 3 4\n\
+                RtTcb: 3\n0 1 0 0 1 0.1 0.2 0.3 0.4 0.5\n4 0 1 0 1 0 0 0 0 0\n9 0 0 1 1 0.5 0.4 0.3 0.2 0.1\n";
+    let node = "Piv: 0 0 0 0 0 0 0\nMir: 1\nTM: 1 0 0 0 1 0 0 0 1 5 6 7 1 2 3\n";
+    let objects: String = (0..3)
+        .map(|id| {
+            let object = square(id, id - 1, id % 2, 2);
+            if animation == "Keyframe" {
+                let object = object.replace("MatID", &format!("{node}MatID")).replace("TV_List", "SKIN: N\nTV_List");
+                object.replace("ENDGROUP\n", &format!("ENDGROUP\nAnim_Ctrl: Y\n{keys}"))
+            } else {
+                object
+            }
+        })
+        .collect();
+    let later: String = (0..3).map(|id| moved(id, [0.0, 1.0, 2.0, 0.5])).collect();
+    let frames = if animation == "Full" { vec![objects, later.clone(), later] } else { vec![objects] };
+    let header = if animation == "Keyframe" { "AAM_CHARACTER\n" } else { "" };
+    format!("{header}{}", file(&materials, animation, &frames))
+}
+
+#[test]
+fn whatever_numbers_a_document_holds_the_scene_is_sound() {
+    const ODD: [&str; 14] = [
+        "0",
+        "-1",
+        "1",
+        "7",
+        "-0.0",
+        "1e38",
+        "-3e38",
+        "1e-38",
+        "nan",
+        "-1.#IND",
+        "inf",
+        "2147483647",
+        "-2147483648",
+        "0.5",
+    ];
+    let source = Memory::with(&[("a.png", "a"), ("n.png", "n")]);
+    let options = BuildOptions { max_frames: 50 };
+    let mut seed = 1_u64;
+    let mut random = |below: usize| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as usize % below
+    };
+    let (mut read, mut built) = (0, 0);
+    for animation in ["None", "Full", "Keyframe"] {
+        let text = everything(animation);
+        let words: Vec<&str> = text.split_inclusive([' ', '\n']).collect();
+        let numbers: Vec<usize> = (0..words.len()).filter(|&i| words[i].trim().parse::<f32>().is_ok()).collect();
+        for _ in 0..1500 {
+            let mut words = words.clone();
+            let mut changed: Vec<String> = Vec::new();
+            let places: Vec<usize> = (0..1 + random(3)).map(|_| numbers[random(numbers.len())]).collect();
+            for &place in &places {
+                let end = &words[place][words[place].trim_end().len()..];
+                changed.push(format!("{}{end}", ODD[random(ODD.len())]));
+            }
+            for (&place, changed) in places.iter().zip(&changed) {
+                words[place] = changed;
+            }
+            read += 1;
+            let Ok(outcome) = aam::read(words.concat().as_bytes(), &ReadOptions::default()) else { continue };
+            built += 1;
+            check_sound(&build(&outcome.document, &source, &options).scene);
+        }
+    }
+    assert!(built * 2 > read, "only {built} of {read} could be read");
+}
+
+fn check_sound(scene: &Scene) {
+    for node in &scene.nodes {
+        assert!(node.local.is_finite());
+    }
+    for motion in scene.animation.iter().flat_map(|animation| &animation.nodes) {
+        assert!(motion.locals.iter().all(|local| local.is_finite()));
+    }
+    for mesh in &scene.meshes {
+        let count = mesh.positions.len();
+        let frames = mesh.frames.iter().map(|frame| (&frame.positions, &frame.normals));
+        for (positions, normals) in [(&mesh.positions, &mesh.normals)].into_iter().chain(frames) {
+            assert_eq!((positions.len(), normals.len()), (count, count));
+            assert!(positions.iter().all(|position| position.is_finite()));
+            assert!(normals.iter().all(|normal| normal.is_normalized()), "{normals:?}");
+        }
+        assert!(mesh.uvs.iter().flatten().all(|uvs| uvs.len() == count && uvs.iter().all(|uv| uv.is_finite())));
+        for (tangent, normal) in mesh.tangents.iter().flatten().zip(&mesh.normals) {
+            assert!(tangent.truncate().is_normalized() && tangent.truncate().dot(*normal).abs() < 1e-4);
+        }
+        assert!(mesh.indices.iter().all(|&index| (index as usize) < count));
+        assert!(mesh.subsets.iter().all(|subset| subset.material.index() < scene.materials.len()));
+    }
+    for material in &scene.materials {
+        assert!(material.exponent.is_finite() && material.ambient.is_finite() && material.opacity.is_finite());
+        for layer in material.layers.iter().flatten() {
+            assert!(layer.transform.is_finite() && layer.texture.index() < scene.textures.len());
+        }
+    }
+}

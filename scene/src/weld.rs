@@ -8,7 +8,8 @@ use glam::{Vec2, Vec3, Vec4};
 /// A vertex number for each corner, counted from 0 in the order in which keys first occur: whatever the hash, the same
 /// corners give the same numbers.
 pub(crate) fn weld<K: Eq + Hash>(keys: impl Iterator<Item = K>) -> Vec<u32> {
-    let mut vertices: HashMap<K, u32> = HashMap::new();
+    // A closed mesh has about as many vertices as a sixth of its corners.
+    let mut vertices: HashMap<K, u32> = HashMap::with_capacity(keys.size_hint().0 / 6);
     keys.map(|key| {
         let next = vertices.len() as u32;
         *vertices.entry(key).or_insert(next)
