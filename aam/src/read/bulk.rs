@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::fault::{Fault, Parsed, Rest};
-use super::number::{index, integer, real, short_indices, short_row, skip_space};
+use super::number::{index, integer, is_space, real, short_indices, short_row, short_triangle, skip_space, text_start};
 use super::tags::{fits, not_finite};
 use crate::document::{Group, TexCounts, Triangle};
 
@@ -28,12 +28,12 @@ fn text_rows<'a, const N: usize>(
     fits(at, rest, n, 2 * N, what)?;
     let mut rows = Vec::with_capacity(n);
     for _ in 0..n {
-        let mut row = [0.0; N];
-        if let Some(tail) = short_row(rest, &mut row) {
+        if let Some((row, end)) = short_row(rest, 0) {
             rows.push(row);
-            rest = tail;
+            rest = &rest[end..];
             continue;
         }
+        let mut row = [0.0; N];
         for value in &mut row {
             let (tail, number) = real(rest)?;
             if !number.is_finite() {
@@ -153,6 +153,9 @@ pub(crate) fn triangles<'a>(
 ) -> Parsed<'a, ()> {
     let binary = cx.binary.get();
     loop {
+        if !binary && limits.normals.is_none() {
+            rest = &rest[short_triangles(rest, limits, total, lists)..];
+        }
         let start = skip_space(rest);
         let (kind, tail) = row_kind(start);
         if kind != Row::Triangle {
@@ -212,12 +215,58 @@ pub(crate) fn triangles<'a>(
     }
 }
 
+/// Reads triangles without normals while they have the usual short form; gives where it stopped, always behind a whole
+/// triangle. Whatever is left is read, or refused, by the general way.
+fn short_triangles(bytes: &[u8], limits: Limits, total: usize, lists: &mut TriangleLists) -> usize {
+    let mut at = 0;
+    while lists.triangles.len() < total {
+        let Some((vertices, smoothing, [first, last, end])) = short_triangle(bytes, at, limits.vertices) else {
+            break;
+        };
+        let mut next = end;
+        let mut count = 0;
+        let before = lists.tex_indices.len();
+        let complete = loop {
+            let start = text_start(bytes, next);
+            match bytes.get(start..start + 3) {
+                Some(b"TI:") if count < 4 => {}
+                Some(b"TI:" | b"NI:") => break false,
+                _ => break true,
+            }
+            // Texture vertices often have the numbers of the vertices; then so have their texts.
+            let same = start + 3 + (last - first);
+            let indices = if bytes.get(start + 3..same) == bytes.get(first..last)
+                && bytes.get(same).is_some_and(|&byte| is_space(byte))
+                && vertices.iter().all(|&index| (index as usize) < limits.tex_coords)
+            {
+                Some((vertices, same))
+            } else {
+                short_indices(bytes, start + 3, limits.tex_coords)
+            };
+            let Some((indices, end)) = indices else {
+                break false;
+            };
+            lists.tex_indices.push(indices);
+            count += 1;
+            next = end;
+        };
+        if !complete {
+            lists.tex_indices.truncate(before);
+            break;
+        }
+        lists.triangles.push(Triangle { vertices, smoothing });
+        lists.note_count(count, total);
+        at = next;
+    }
+    at
+}
+
 #[inline(always)]
 fn corners<'a>(binary: bool, rest: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, [u32; 3]> {
-    let mut indices = [0; 3];
-    if !binary && let Some(tail) = short_indices(rest, limit, &mut indices) {
-        return Ok((tail, indices));
+    if !binary && let Some((indices, end)) = short_indices(rest, 0, limit) {
+        return Ok((&rest[end..], indices));
     }
+    let mut indices = [0; 3];
     let mut rest = rest;
     if binary {
         rest = match rest {

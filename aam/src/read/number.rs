@@ -1,18 +1,19 @@
 //! Numbers: the leaf parsers on which the speed of reading rests.
 //!
 //! Decimals give the nearest `f32` (ties to even) for every input, as the standard library does. Short decimals, which
-//! is nearly all there are, take Clinger's path (1990): digits as an integer and a power of ten are both exact in
-//! `f64`, so their quotient is rounded once, and rounding that again to `f32` is right unless it lies within an ulp of
-//! a tie; those and all longer ones go to `fast-float2`.
+//! is nearly all there are, take a short cut after Clinger (1990): the digits as an integer are exact in `f64`, their product
+//! with a power of ten is off by an ulp or so, and rounding that to `f32` is right unless it lies next to a tie; those
+//! and all longer decimals go to `fast-float2`.
 
 use super::fault::{Fault, Parsed, Rest};
 
-const POWERS: [f64; 8] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
+const PARTS: [f64; 8] = [1e0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
 
 /// White space of any kind.
 #[inline]
 pub(crate) fn is_space(byte: u8) -> bool {
-    matches!(byte, b' ' | b'\t' | b'\n' | b'\r')
+    const SPACES: u64 = 1 << b' ' | 1 << b'\t' | 1 << b'\n' | 1 << b'\r';
+    byte <= b' ' && (SPACES >> byte) & 1 == 1
 }
 
 /// Skips white space, line ends included.
@@ -27,117 +28,159 @@ pub(crate) fn skip_space(mut rest: Rest<'_>) -> Rest<'_> {
     rest
 }
 
-/// The leading decimal digits of eight bytes: their value, and how many there are.
-///
-/// The bytes are looked at as one word (after Lemire, "Quickly parsing eight digits", 2018): a byte is a digit if adding
-/// 0x76 to its distance from `0` does not reach the top bit, and neighbours are then joined in three steps.
+// The short forms below look at eight bytes as one little-endian word. Where the next number starts hangs on nothing but
+// where this one ends, so that the processor can start on it while this one's value is still being made.
+
+const EACH: u64 = 0x0101_0101_0101_0101;
+
+/// How many of the bytes stand before the first that is a blank or another control character; at most eight.
 #[inline(always)]
-fn digits8(word: u64) -> (u64, u32) {
-    let word = word ^ 0x3030_3030_3030_3030;
-    let others = (word.wrapping_add(0x7676_7676_7676_7676) | word) & 0x8080_8080_8080_8080;
-    let count = others.trailing_zeros() / 8;
-    // Fewer than eight digits move up, which puts zeros before them; in two steps, since no digits move by 64 bits.
-    let word = (word << (32 - 4 * count)) << (32 - 4 * count);
-    let pairs = (word.wrapping_mul(10).wrapping_add(word >> 8)) & 0x00ff_00ff_00ff_00ff;
+fn token_length(word: u64) -> u32 {
+    (word.wrapping_sub(EACH * 0x21) & !word & (EACH * 0x80)).trailing_zeros() / 8
+}
+
+/// Marks with its top bit each byte of a word of distances from `0` that is no digit: adding 0x76 to a digit's distance
+/// does not reach the top bit. Right up to the first mark, which is all that is used.
+#[inline(always)]
+fn other_than_digits(distances: u64) -> u64 {
+    (distances.wrapping_add(EACH * 0x76) | distances) & (EACH * 0x80)
+}
+
+/// The number that eight digits make, given as distances from `0` (after Lemire, "Quickly parsing eight digits", 2018).
+#[inline(always)]
+fn join_digits(distances: u64) -> u64 {
+    let pairs = (distances.wrapping_mul(10).wrapping_add(distances >> 8)) & 0x00ff_00ff_00ff_00ff;
     let fours = (pairs.wrapping_mul(100).wrapping_add(pairs >> 16)) & 0x0000_ffff_0000_ffff;
-    (fours.wrapping_mul(10_000).wrapping_add(fours >> 32) & 0xffff_ffff, count)
+    fours.wrapping_mul(10_000).wrapping_add(fours >> 32) & 0xffff_ffff
 }
 
-/// The first eight bytes as a little-endian word.
+/// The first `length` bytes moved up to the end of the word, zeros before them; `length` is 1 to 8.
 #[inline(always)]
-fn word8(rest: Rest<'_>) -> Option<u64> {
-    rest.first_chunk::<8>().map(|chunk| u64::from_le_bytes(*chunk))
+fn move_up(word: u64, length: u32) -> u64 {
+    word << ((64 - 8 * length) & 63)
 }
 
-/// A whole number of one to seven digits with white space after it, after any white space: its value and the bytes
-/// taken, or no bytes where the number is anything else.
+/// Where the text behind white space starts: nearly always just behind one blank or line end.
 #[inline(always)]
-fn short_integer(rest: Rest<'_>) -> (u32, usize) {
-    let start = skip_space(rest);
-    let Some(word) = word8(start) else { return (0, 0) };
-    let (value, count) = digits8(word);
-    if count.wrapping_sub(1) < 7 && is_space((word >> (8 * count)) as u8) {
-        (value as u32, rest.len() - start.len() + count as usize)
-    } else {
-        (0, 0)
+pub(crate) fn text_start(bytes: &[u8], at: usize) -> usize {
+    if let Some([blank, first]) = bytes.get(at..).and_then(|tail| tail.first_chunk::<2>())
+        && is_space(*blank)
+        && *first > b' '
+    {
+        return at + 1;
     }
+    bytes.len() - skip_space(bytes.get(at..).unwrap_or_default()).len()
 }
 
-/// A decimal of at most seven digits before the point and seven after it, after any white space: its value and the
-/// bytes taken, or no bytes where the number is anything else.
+/// A whole number of one to seven digits with white space after it, after any white space: its value and where it ends,
+/// or 0 where the number is anything else.
 #[inline(always)]
-fn short_real(rest: Rest<'_>) -> (f32, usize) {
-    let start = skip_space(rest);
-    let negative = start.first() == Some(&b'-');
-    let from = usize::from(negative);
-    let Some(word) = start.get(from..).and_then(word8) else { return (0.0, 0) };
-    let (whole, whole_count) = digits8(word);
-    if whole_count >= 8 {
+fn short_integer(bytes: &[u8], at: usize) -> (u32, usize) {
+    let start = text_start(bytes, at);
+    let Some(chunk) = bytes.get(start..).and_then(|tail| tail.first_chunk::<8>()) else {
+        return (0, 0);
+    };
+    let word = u64::from_le_bytes(*chunk);
+    let length = token_length(word);
+    if length.wrapping_sub(1) >= 7 {
+        return (0, 0);
+    }
+    let digits = move_up(word ^ (EACH * u64::from(b'0')), length);
+    if other_than_digits(digits) != 0 || !is_space((word >> (8 * length)) as u8) {
+        return (0, 0);
+    }
+    (join_digits(digits) as u32, start + length as usize)
+}
+
+/// A decimal of at most eight characters, its sign aside, after any white space: its value and where it ends, or 0 where
+/// the number is anything else.
+#[inline(always)]
+fn short_real(bytes: &[u8], at: usize) -> (f32, usize) {
+    let start = text_start(bytes, at);
+    let negative = bytes.get(start) == Some(&b'-');
+    let from = start + usize::from(negative);
+    let Some(window) = bytes.get(from..).and_then(|tail| tail.first_chunk::<9>()) else {
+        return (0.0, 0);
+    };
+    let [low @ .., last] = window;
+    let word = u64::from_le_bytes(*low);
+    let length = token_length(word);
+    let end = if length == 8 { *last } else { (word >> (8 * length)) as u8 };
+    if length == 0 || !is_space(end) {
         return (0.0, 0);
     }
-    let mut taken = from + whole_count as usize;
-    let mut end = (word >> (8 * whole_count)) as u8;
-    let (mut mantissa, mut scale) = (whole, 0);
-    if end == b'.' {
-        taken += 1;
-        let Some(word) = start.get(taken..).and_then(word8) else { return (0.0, 0) };
-        let (fraction, count) = digits8(word);
-        if count >= 8 {
+    // Blank what follows the token, then let the digits on both sides of the point close ranks.
+    let mut digits = move_up(word ^ (EACH * u64::from(b'0')), length);
+    let other = other_than_digits(digits);
+    let mut scale = 0;
+    if other != 0 {
+        let point = other.trailing_zeros() / 8;
+        let before = (1u64 << (8 * point)) - 1;
+        let joined = (digits & before) << 8 | (digits & !before & !(0xff << (8 * point)));
+        if (digits >> (8 * point)) as u8 != b'.' ^ b'0' || other_than_digits(joined) != 0 || length == 1 {
             return (0.0, 0);
         }
-        mantissa = whole * INTEGER_POWERS[count as usize] + fraction;
-        scale = count;
-        taken += count as usize;
-        end = (word >> (8 * count)) as u8;
+        scale = 7 - point;
+        digits = joined;
     }
-    let value = mantissa as f64 / POWERS[scale as usize];
-    // The 29 bits that f32 drops: a tie, give or take one ulp of f64, cannot be decided here. The smallest value but 0
-    // is 1e-7, so no f32 is subnormal.
+    // Off by at most an ulp and a half of f64: by half of one in the power of ten and in the product each.
+    let value = join_digits(digits) as i64 as f64 * PARTS[(scale & 7) as usize];
+    // The 29 bits that f32 drops. What lies within two ulps of a tie cannot be decided here. The smallest value but 0 is
+    // 1e-7, so no f32 is subnormal.
     let dropped = value.to_bits() & 0x1fff_ffff;
-    if !is_space(end) || whole_count + scale == 0 || dropped.wrapping_sub(0x0fff_ffff) <= 2 {
+    if dropped.wrapping_sub(0x0fff_fffe) <= 4 {
         return (0.0, 0);
     }
     let single = value as f32;
-    (if negative { -single } else { single }, rest.len() - start.len() + taken)
+    (if negative { -single } else { single }, from + length as usize)
 }
-
-const INTEGER_POWERS: [u64; 8] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000];
 
 /// A real number, after any white space. Non-finite values in the spellings of C and of Microsoft's C are accepted.
 #[inline]
 pub(crate) fn real(rest: Rest<'_>) -> Parsed<'_, f32> {
-    match short_real(rest) {
-        (value, taken @ 1..) => Ok((&rest[taken..], value)),
+    match short_real(rest, 0) {
+        (value, end @ 1..) => Ok((&rest[end..], value)),
         _ => real_slow(skip_space(rest)),
     }
 }
 
-/// Fills a row with reals of the usual short form; gives the rest, or nothing where a number is of another form.
+/// A row of reals of the usual short form, and where it ends; nothing where a number is of another form.
 #[inline(always)]
-pub(crate) fn short_row<'a, const N: usize>(mut rest: Rest<'a>, row: &mut [f32; N]) -> Option<Rest<'a>> {
-    for slot in row {
-        let (value, taken) = short_real(rest);
-        if taken == 0 {
+pub(crate) fn short_row<const N: usize>(bytes: &[u8], mut at: usize) -> Option<([f32; N], usize)> {
+    let mut row = [0.0; N];
+    for slot in &mut row {
+        (*slot, at) = short_real(bytes, at);
+        if at == 0 {
             return None;
         }
-        *slot = value;
-        rest = rest.get(taken..)?;
     }
-    Some(rest)
+    Some((row, at))
 }
 
-/// Fills a triple with short indices below a limit; gives the rest, or nothing where one is of another form.
+/// Three short indices below a limit, and where they end; nothing where one is of another form.
 #[inline(always)]
-pub(crate) fn short_indices<'a>(mut rest: Rest<'a>, limit: usize, row: &mut [u32; 3]) -> Option<Rest<'a>> {
-    for slot in row {
-        let (value, taken) = short_integer(rest);
-        if taken == 0 || value as usize >= limit {
+pub(crate) fn short_indices(bytes: &[u8], mut at: usize, limit: usize) -> Option<([u32; 3], usize)> {
+    let mut row = [0; 3];
+    for slot in &mut row {
+        (*slot, at) = short_integer(bytes, at);
+        if at == 0 || *slot as usize >= limit {
             return None;
         }
-        *slot = value;
-        rest = rest.get(taken..)?;
     }
-    Some(rest)
+    Some((row, at))
+}
+
+/// `I:` with three short indices below a limit and a short smoothing number, after any white space: the indices, the
+/// number, where the indices start and end, and where the row ends; nothing where the row is of another form.
+#[inline(always)]
+pub(crate) fn short_triangle(bytes: &[u8], at: usize, limit: usize) -> Option<([u32; 3], i32, [usize; 3])> {
+    let start = text_start(bytes, at);
+    if bytes.get(start..start + 2) != Some(b"I:") {
+        return None;
+    }
+    let (vertices, end) = short_indices(bytes, start + 2, limit)?;
+    let (smoothing, row_end) = short_integer(bytes, end);
+    (row_end > 0).then_some((vertices, smoothing as i32, [start + 2, end, row_end]))
 }
 
 #[cold]
@@ -171,8 +214,8 @@ fn real_slow(start: Rest<'_>) -> Parsed<'_, f32> {
 /// A whole number that fits `i32`, after any white space.
 #[inline]
 pub(crate) fn integer(rest: Rest<'_>) -> Parsed<'_, i32> {
-    match short_integer(rest) {
-        (value, taken @ 1..) => Ok((&rest[taken..], value as i32)),
+    match short_integer(rest, 0) {
+        (value, end @ 1..) => Ok((&rest[end..], value as i32)),
         _ => integer_slow(skip_space(rest)),
     }
 }
@@ -231,8 +274,8 @@ pub(crate) fn count(rest: Rest<'_>) -> Parsed<'_, usize> {
 /// An index below `limit`, after any white space. `what` names the list for the message.
 #[inline]
 pub(crate) fn index<'a>(rest: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, u32> {
-    match short_integer(rest) {
-        (value, taken @ 1..) if (value as usize) < limit => Ok((&rest[taken..], value)),
+    match short_integer(rest, 0) {
+        (value, end @ 1..) if (value as usize) < limit => Ok((&rest[end..], value)),
         _ => index_slow(skip_space(rest), limit, what),
     }
 }
