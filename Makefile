@@ -44,7 +44,7 @@ test-packages: packages
 demo: packages
 	cargo build --locked
 	mkdir -p demo
-	target/debug/aam convert fixtures/assets/crate/crate.gltf demo/crate.aam
+	target/debug/aam convert fixtures/assets/crate.gltf demo/crate.aam
 	target/debug/aam info demo/crate.aam
 	target/debug/aam render demo/crate.aam -o demo/demo.png --size 1280x960 --msaa 4
 	@echo "demo/demo.png is the picture"
