@@ -14,9 +14,12 @@ mod obj;
 mod original;
 pub mod phong;
 mod picture;
+mod ply;
 mod polygon;
 mod report;
 pub mod smoothing;
+mod source;
+mod stl;
 mod uv_lines;
 
 pub use error::ConvertError;
@@ -27,7 +30,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use aam::Document;
-use aam_scene::{Camera, FoundTexture, Light, TextureData, TextureSource, Up};
+use aam_scene::{Camera, FoundTexture, Light, Shading, TextureData, TextureSource, Up};
 
 use authoring::AddedLayer;
 use files::{Replace, save};
@@ -43,6 +46,8 @@ pub struct Asset {
     pub lights: Vec<Light>,
     /// Cameras, in AAM's axes, for the scene file.
     pub cameras: Vec<Camera>,
+    /// On which values the source means lighting to compute; `None` where it does not say.
+    pub shading: Option<Shading>,
     /// What became of everything.
     pub report: Report,
 }
@@ -186,9 +191,13 @@ pub fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> 
     progress.stage("reading", 0);
     match Format::of(path).ok_or_else(unknown)? {
         Format::Aam => aam_file::import(path, options),
-        Format::Gltf | Format::Glb => gltf_in::import(path, options, progress),
+        Format::Gltf | Format::Glb => {
+            let asset = gltf_in::import(path, options, progress)?;
+            Ok(Asset { shading: Some(Shading::Linear), ..asset })
+        }
         Format::Obj => obj::import(path, options, progress),
-        Format::Stl | Format::Ply => Err(unknown()),
+        Format::Stl => stl::import(path, options),
+        Format::Ply => ply::import(path, options),
     }
 }
 
@@ -210,7 +219,7 @@ fn files_of(asset: &Asset, path: &Path, options: &ExportOptions) -> Result<files
     let unknown = || ConvertError::UnknownFormat { path: path.to_owned(), known: WRITABLE };
     let stem = path.file_stem().ok_or_else(unknown)?.to_string_lossy();
     match Format::of(path).ok_or_else(unknown)? {
-        Format::Aam => aam_file::export(asset, &stem, options),
+        Format::Aam => aam_file::export(asset, path, options),
         Format::Gltf => gltf_out::export(asset, &stem, gltf_out::Container::Gltf),
         Format::Glb => gltf_out::export(asset, &stem, gltf_out::Container::Glb),
         Format::Obj => obj::export(asset, &stem, options),
