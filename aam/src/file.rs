@@ -112,12 +112,19 @@ pub struct StagedFile {
 }
 
 impl StagedFile {
-    /// Writes the bytes to a temporary file in the folder of `path`.
+    /// Writes the bytes to a temporary file in the folder of `path`. A link is followed, and an earlier file's
+    /// permissions are kept.
     ///
     /// # Errors
-    /// [`FileError::Save`].
+    /// [`FileError::Save`], also where `path` is something else than a file (a folder, a device).
     pub fn new(path: &Path, bytes: &[u8]) -> Result<Self, FileError> {
         let save = |source| FileError::Save { path: path.to_owned(), source };
+        let earlier = std::fs::metadata(path).ok();
+        if earlier.as_ref().is_some_and(|earlier| !earlier.is_file()) {
+            return Err(save(io::Error::other("it is not a regular file")));
+        }
+        let target = if path.is_symlink() { path.canonicalize().map_err(save)? } else { path.to_owned() };
+        let path = &target;
         let folder = match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
@@ -132,6 +139,9 @@ impl StagedFile {
         }
         let mut temporary = builder.tempfile_in(folder).map_err(save)?;
         temporary.write_all(bytes).map_err(save)?;
+        if let Some(earlier) = earlier {
+            temporary.as_file().set_permissions(earlier.permissions()).map_err(save)?;
+        }
         temporary.as_file().sync_all().map_err(save)?;
         Ok(Self { path: path.to_owned(), temporary })
     }
