@@ -99,7 +99,12 @@ impl<'a> Reader<'a> {
     }
 
     /// Rows of `N` numbers from an accessor of that shape.
-    pub(super) fn floats<const N: usize>(&self, accessor: usize, rows: Rows<'_>, usage: &str) -> Checked<Vec<[f32; N]>> {
+    pub(super) fn floats<const N: usize>(
+        &self,
+        accessor: usize,
+        rows: Rows<'_>,
+        usage: &str,
+    ) -> Checked<Vec<[f32; N]>> {
         let kind = match N {
             1 => Kind::Scalar,
             2 => Kind::Vec2,
@@ -112,7 +117,12 @@ impl<'a> Reader<'a> {
     }
 
     /// As [`Reader::floats`], but every number must be finite.
-    pub(super) fn finite<const N: usize>(&self, accessor: usize, rows: Rows<'_>, usage: &str) -> Checked<Vec<[f32; N]>> {
+    pub(super) fn finite<const N: usize>(
+        &self,
+        accessor: usize,
+        rows: Rows<'_>,
+        usage: &str,
+    ) -> Checked<Vec<[f32; N]>> {
         let found = self.floats(accessor, rows, usage)?;
         match found.iter().position(|row: &[f32; N]| row.iter().any(|value| !value.is_finite())) {
             None => Ok(found),

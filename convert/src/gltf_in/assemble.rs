@@ -127,7 +127,9 @@ impl Assembly<'_> {
             frames: vec![frame],
             unknown: Vec::new(),
         };
-        if self.form == Form::Full && let Some(clip) = self.clip {
+        if self.form == Form::Full
+            && let Some(clip) = self.clip
+        {
             self.later_frames(&plans, clip, moment, &mut document, progress);
         }
         self.count(&document, log);
@@ -137,7 +139,8 @@ impl Assembly<'_> {
 
     fn count(&self, document: &Document, log: &mut Log) {
         let objects = document.objects();
-        let triangles: usize = objects.iter().filter_map(|object| object.faces.as_ref()).map(|f| f.triangles.len()).sum();
+        let triangles: usize =
+            objects.iter().filter_map(|object| object.faces.as_ref()).map(|f| f.triangles.len()).sum();
         let vertices: usize = objects.iter().map(|object| object.vertices.len()).sum();
         let note = format!("{} objects, {triangles} triangles, {vertices} vertices", objects.len());
         log.kept("", "geometry", note);
@@ -244,9 +247,7 @@ impl Assembly<'_> {
                 faces: Some(Faces::default()),
                 ..Object::default()
             };
-            if !plan.world || plan.parent.is_none() {
-                object.user_properties = self.model.nodes[plan.node].extras.as_deref().map(Text::one_line);
-            }
+            object.user_properties = self.extras(plan, log);
             if let Some(places) = places {
                 object.node = Some(if plan.world { Default::default() } else { places.transform(plan.node) });
                 object.keys = Flagged::No;
@@ -268,6 +269,17 @@ impl Assembly<'_> {
         }
         costs.report(self.options.normal_tolerance, log);
         Ok(frame)
+    }
+
+    /// The extras of a node or, where it has none, of the mesh that it shows.
+    fn extras(&self, plan: &Plan, log: &mut Log) -> Option<Text> {
+        let node = self.model.nodes[plan.node].extras.as_deref();
+        let mesh = plan.mesh.and_then(|mesh| self.model.meshes[mesh].extras.as_deref());
+        if let (Some(_), Some(mesh)) = (node, mesh) {
+            let note = format!("the node has extras too, and UserProp holds one text: {}", shortened(mesh));
+            log.lost(&format!("mesh of {:?}", plan.name), "extras", note);
+        }
+        node.or(mesh).map(Text::one_line)
     }
 
     /// Masks and explicit normals; found once for a surface that only stands elsewhere.
@@ -360,9 +372,9 @@ impl Assembly<'_> {
                     let placement = self.placement(plan, None, moment);
                     let weights = &moment.weights[plan.node];
                     object.vertices = placement.vertices(surface, weights);
-                    object.frame_normals = moving.as_ref().map(|(mirrored, moving)| {
-                        moving.at(surface, &placement, weights, &object.vertices, *mirrored)
-                    });
+                    object.frame_normals = moving
+                        .as_ref()
+                        .map(|(mirrored, moving)| moving.at(surface, &placement, weights, &object.vertices, *mirrored));
                 }
                 frame.objects.push(object);
             }
@@ -370,6 +382,11 @@ impl Assembly<'_> {
             progress.step(number as u64 + 1);
         }
     }
+}
+
+/// The start of a long text.
+fn shortened(text: &str) -> String {
+    text.chars().take(120).collect()
 }
 
 /// The box around everything in the world, in AAM's axes.

@@ -124,8 +124,9 @@ pub(super) fn keys(
             let mut tracks = Vec::new();
             let numbered = || (0..).map(|frame: u32| frame as f32).zip(&samples);
             if samples.iter().any(|sample| sample.translation != rest.translation) {
-                let key = |(frame, sample): (f32, &Parts)| {
-                    PositionSample { frame, position: plain(to_aam(sample.translation)) }
+                let key = |(frame, sample): (f32, &Parts)| PositionSample {
+                    frame,
+                    position: plain(to_aam(sample.translation)),
                 };
                 tracks.push(Track::PositionSampled(numbered().map(key).collect()));
             }
@@ -133,8 +134,10 @@ pub(super) fn keys(
                 tracks.push(Track::RotationSampled(numbered().map(rotation_key).collect()));
             }
             if samples.iter().any(|sample| sample.scale != rest.scale) {
-                let key = |(frame, sample): (f32, &Parts)| {
-                    ScaleSample { frame, axes: [0.0, 0.0, 0.0, 1.0], scale: plain(swapped(sample.scale)) }
+                let key = |(frame, sample): (f32, &Parts)| ScaleSample {
+                    frame,
+                    axes: [0.0, 0.0, 0.0, 1.0],
+                    scale: plain(swapped(sample.scale)),
                 };
                 tracks.push(Track::ScaleSampled(numbered().map(key).collect()));
             }

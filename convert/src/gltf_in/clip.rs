@@ -108,7 +108,8 @@ fn track(reader: Reader<'_>, channel: &Channel) -> Checked<Track> {
     let parts = if channel.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
     let wanted = times.len().checked_mul(parts * width);
     if wanted != Some(values.len()) {
-        let message = format!("{} numbers for {} times; {} a time are needed", values.len(), times.len(), parts * width);
+        let message =
+            format!("{} numbers for {} times; {} a time are needed", values.len(), times.len(), parts * width);
         return Err(Fault::broken(format!("{place}/count"), message));
     }
     Ok(Track { node: channel.node, target: channel.target, interpolation: channel.interpolation, times, values, width })

@@ -30,11 +30,12 @@ pub(super) fn open(bytes: &[u8]) -> Checked<Container> {
 }
 
 fn open_glb(bytes: &[u8]) -> Checked<Container> {
-    let word = |at: usize| -> Checked<u32> {
-        bytes.get(at..at + 4).and_then(|four| four.try_into().ok()).map(u32::from_le_bytes).ok_or_else(|| {
-            Fault::broken(format!("byte {at}"), "the GLB file ends inside a header; it is truncated")
-        })
-    };
+    let word =
+        |at: usize| -> Checked<u32> {
+            bytes.get(at..at + 4).and_then(|four| four.try_into().ok()).map(u32::from_le_bytes).ok_or_else(|| {
+                Fault::broken(format!("byte {at}"), "the GLB file ends inside a header; it is truncated")
+            })
+        };
     let version = word(4)?;
     if version != 2 {
         return Err(Fault::unsupported(
@@ -44,8 +45,7 @@ fn open_glb(bytes: &[u8]) -> Checked<Container> {
     }
     let length = word(8)? as usize;
     if length > bytes.len() {
-        let message =
-            format!("the header says {length} bytes, but the file has {}; it is truncated", bytes.len());
+        let message = format!("the header says {length} bytes, but the file has {}; it is truncated", bytes.len());
         return Err(Fault::broken("byte 8", message));
     }
     let mut container = Container { json: 0..0, binary: None, oddities: Vec::new() };

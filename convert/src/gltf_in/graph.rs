@@ -86,7 +86,11 @@ impl Graph {
 }
 
 /// Nodes with their descendants, parents before children; a node that is not wanted is left out with all below it.
-fn depth_first(model: &Model, roots: impl DoubleEndedIterator<Item = usize>, wanted: impl Fn(usize) -> bool) -> Vec<usize> {
+fn depth_first(
+    model: &Model,
+    roots: impl DoubleEndedIterator<Item = usize>,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<usize> {
     let mut order = Vec::new();
     let mut pending: Vec<usize> = roots.rev().collect();
     while let Some(node) = pending.pop() {

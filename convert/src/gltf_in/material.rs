@@ -191,14 +191,18 @@ impl Mapper<'_, '_, '_> {
             }
         }
         // Occlusion that takes nothing away where the model uses it is no reason to touch a picture.
-        let darkens = usage.occlusion.or(1.0) < 0.998;
+        let darkens = usage.occlusion.or(1.0) < 0.9995;
         let occlusion = match self.material.occlusion {
             Some((texture, strength)) if slots.bake_occlusion && darkens => {
                 self.textures.image(&texture).map(|image| (image, strength.to_bits()))
             }
             _ => None,
         };
-        let base = self.material.base_texture.or(self.material.occlusion.map(|(texture, _)| texture).filter(|_| occlusion.is_some()));
+        let base = self.material.base_texture.or(self
+            .material
+            .occlusion
+            .map(|(texture, _)| texture)
+            .filter(|_| occlusion.is_some()));
         if let Some(texture) = base {
             let image = self.material.base_texture.and_then(|base| self.textures.image(&base));
             let opaque = match self.material.base_texture {
@@ -221,7 +225,8 @@ impl Mapper<'_, '_, '_> {
         }
         let darkening = format!("{:.1} % darker on average", 100.0 * (1.0 - usage.occlusion.or(1.0)));
         if baked {
-            let note = "multiplied into the diffuse texture; glTF darkens only light from everywhere, this darkens all light";
+            let note =
+                "multiplied into the diffuse texture; glTF darkens only light from everywhere, this darkens all light";
             self.log.changed(self.subject, "occlusion texture", note, Some(darkening));
         } else if slots.pictures[OCCLUSION].is_none() {
             self.log.lost(self.subject, "occlusion texture", "its picture cannot be decoded");

@@ -111,9 +111,9 @@ fn run(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Checked
     stage::check_size(&model, &graph, form, frames, driven)?;
 
     let mut asset = Asset::default();
-    let meshes = decode(reader, &graph, &mut log, progress)?;
+    let meshes = decode(reader, &graph, options.keep_uvs, &mut log, progress)?;
     let (mapped, names) = materials(&model, &buffers, &meshes, path, options, &mut asset, &mut log, progress)?;
-    let surfaces = join(&model, meshes, &mapped, &mut log);
+    let surfaces = join(&model, meshes, &mapped, options.keep_uvs, &mut log);
     let mesh_names: Vec<String> = (0..model.meshes.len()).map(|mesh| mesh_name(&model, mesh)).collect();
 
     let mut start = moment.clone();
@@ -178,7 +178,7 @@ fn report_scenes(model: &Model, graph: &Graph, log: &mut Log) {
     }
     if model.materials.iter().any(|material| !material.double_sided) {
         let count = model.materials.iter().filter(|material| !material.double_sided).count();
-        let note = format!("{count} materials are single-sided; AAM draws both sides of every face");
+        let note = format!("{count} of {}; AAM draws both sides of every face", model.materials.len());
         log.changed("", "single-sided materials", note, None);
     }
 }
@@ -191,6 +191,7 @@ fn mesh_name(model: &Model, mesh: usize) -> String {
 fn decode(
     reader: Reader<'_>,
     graph: &Graph,
+    keep_uvs: bool,
     log: &mut Log,
     progress: &dyn Progress,
 ) -> Checked<Vec<Option<Vec<Primitive>>>> {
@@ -207,12 +208,12 @@ fn decode(
             meshes.push(None);
             continue;
         }
-        if mesh.extras {
-            log.lost(&subject, "extras", "only nodes keep theirs, as UserProp");
-        }
         let mut primitives = Vec::new();
         for primitive in &mesh.primitives {
-            let sets = primitive.material.map_or_else(Vec::new, |at| material::sets(&model.materials[at]));
+            let mut sets = primitive.material.map_or_else(Vec::new, |at| material::sets(&model.materials[at]));
+            if keep_uvs && !sets.contains(&0) {
+                sets.push(0);
+            }
             primitives.extend(primitive::decode(reader, primitive, &sets, &subject, log)?);
         }
         meshes.push((!primitives.is_empty()).then_some(primitives));
@@ -257,15 +258,19 @@ fn materials(
     Ok((mapped, names))
 }
 
-fn join(model: &Model, meshes: Vec<Option<Vec<Primitive>>>, mapped: &[Mapped], log: &mut Log) -> Vec<Option<Surface>> {
-    let default = model.materials.len();
+fn join(
+    model: &Model,
+    meshes: Vec<Option<Vec<Primitive>>>,
+    mapped: &[Mapped],
+    keep_uvs: bool,
+    log: &mut Log,
+) -> Vec<Option<Surface>> {
     meshes
         .into_iter()
         .enumerate()
         .map(|(number, primitives)| {
             let subject = format!("mesh {:?}", mesh_name(model, number));
-            let slot = |material: Option<usize>| material.unwrap_or(default);
-            primitives.map(|primitives| Surface::join(primitives, slot, mapped, &subject, log))
+            primitives.map(|primitives| Surface::join(primitives, mapped, keep_uvs, &subject, log))
         })
         .collect()
 }

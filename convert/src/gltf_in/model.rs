@@ -270,7 +270,8 @@ pub(super) struct Mesh {
     pub weights: Vec<f32>,
     /// How many morph targets every primitive has.
     pub targets: usize,
-    pub extras: bool,
+    /// `extras`, as JSON.
+    pub extras: Option<String>,
 }
 
 /// How indices make triangles.
@@ -378,8 +379,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    pub(super) const IDENTITY: Self =
-        Self { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
+    pub(super) const IDENTITY: Self = Self { translation: DVec3::ZERO, rotation: DQuat::IDENTITY, scale: DVec3::ONE };
 
     pub(super) fn affine(&self) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(self.scale, self.rotation, self.translation)

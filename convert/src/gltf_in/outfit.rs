@@ -98,13 +98,7 @@ fn light(light: &model::Light, name: String, world: &DAffine3) -> Light {
     }
 }
 
-fn camera(
-    camera: &model::Camera,
-    name: String,
-    world: &DAffine3,
-    bounds: Option<[DVec3; 2]>,
-    log: &mut Log,
-) -> Camera {
+fn camera(camera: &model::Camera, name: String, world: &DAffine3, bounds: Option<[DVec3; 2]>, log: &mut Log) -> Camera {
     let position = to_aam(world.translation);
     let forward = to_aam(axis(world, DVec3::NEG_Z));
     let up = to_aam(axis(world, DVec3::Y));

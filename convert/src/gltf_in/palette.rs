@@ -51,7 +51,8 @@ impl Palette {
         by_mesh.sort();
         for (mesh, slots) in by_mesh {
             let number = palette.materials.len() as i32;
-            let subs = slots.iter().zip(0..).map(|(&slot, sub)| single(sub, names[slot].clone(), &mapped[slot])).collect();
+            let subs =
+                slots.iter().zip(0..).map(|(&slot, sub)| single(sub, names[slot].clone(), &mapped[slot])).collect();
             palette.materials.push(Material {
                 number,
                 name: Text::from(taken.unique(&mesh_names[mesh], "")),

@@ -34,7 +34,9 @@ impl Placement {
         let mut matrix = DMat3::ZERO;
         let mut translation = DVec3::ZERO;
         for bone in bones {
-            if bone.weight > 0.0 && let Some(joint) = joints.get(bone.joint as usize) {
+            if bone.weight > 0.0
+                && let Some(joint) = joints.get(bone.joint as usize)
+            {
                 matrix += joint.matrix3 * f64::from(bone.weight);
                 translation += joint.translation * f64::from(bone.weight);
             }

@@ -218,7 +218,9 @@ fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
         Mode::Strip => indices
             .windows(3)
             .enumerate()
-            .map(|(at, three)| if at % 2 == 0 { [three[0], three[1], three[2]] } else { [three[0], three[2], three[1]] })
+            .map(
+                |(at, three)| if at % 2 == 0 { [three[0], three[1], three[2]] } else { [three[0], three[2], three[1]] },
+            )
             .filter(has_area)
             .collect(),
         Mode::Fan => match indices.split_first() {

@@ -52,14 +52,16 @@ pub(super) struct Target {
 }
 
 impl Surface {
-    /// Joins primitives, which it takes apart. `slot` gives the position of a primitive's material among `materials`.
+    /// Joins primitives. The last of `materials` is for those without one. `keep_uvs` keeps the coordinates of primitives
+    /// whose material has no texture.
     pub(super) fn join(
         mut primitives: Vec<Primitive>,
-        slot: impl Fn(Option<usize>) -> usize,
         materials: &[Mapped],
+        keep_uvs: bool,
         subject: &str,
         log: &mut Log,
     ) -> Self {
+        let slot = |material: Option<usize>| material.unwrap_or(materials.len().saturating_sub(1));
         // Stable: groups in order of first appearance, each primitive in its own order.
         let mut ranks: BTreeMap<usize, usize> = BTreeMap::new();
         for primitive in &primitives {
@@ -78,7 +80,10 @@ impl Surface {
         let mut coords = Coords::default();
         for primitive in &primitives {
             let slot = slot(primitive.material);
-            let layers = materials.get(slot).map_or([None; 4], |material| material.layers);
+            let mut layers = materials.get(slot).map_or([None; 4], |material| material.layers);
+            if keep_uvs && layers == [None; 4] && primitive.uv(0).is_some() {
+                layers[0] = Some(LayerCoords { set: 0, baked: None });
+            }
             coords.add(primitive, &layers, &mut surface, subject, log);
             colors.add(primitive, surface.positions.len());
             surface.add(primitive);
@@ -195,7 +200,9 @@ impl Surface {
     ) -> DVec3 {
         let mut sum = DVec3::from(base.map(f64::from));
         for (target, &weight) in self.targets.iter().zip(weights) {
-            if weight != 0.0 && let Some(delta) = deltas(target).get(source) {
+            if weight != 0.0
+                && let Some(delta) = deltas(target).get(source)
+            {
                 sum += f64::from(weight) * DVec3::from(delta.map(f64::from));
             }
         }

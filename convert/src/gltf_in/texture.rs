@@ -245,11 +245,8 @@ impl<'a> Textures<'a> {
             _ => format!("image{image}"),
         };
         let own = if own.is_empty() { format!("image{image}") } else { own };
-        let prefix = if own.starts_with(&self.stem) || self.stem.is_empty() {
-            String::new()
-        } else {
-            format!("{}_", self.stem)
-        };
+        let prefix =
+            if own.starts_with(&self.stem) || self.stem.is_empty() { String::new() } else { format!("{}_", self.stem) };
         self.names.unique(&format!("{prefix}{own}{word}"), ending)
     }
 
@@ -277,7 +274,11 @@ fn find(
             match uri::follow(text, folder, options.allow_outside, &place)? {
                 Source::Data(bytes) => bytes,
                 Source::Missing { name } => {
-                    log.lost(&format!("image {name:?}"), "picture", "the file does not exist; the layer counts as absent");
+                    log.lost(
+                        &format!("image {name:?}"),
+                        "picture",
+                        "the file does not exist; the layer counts as absent",
+                    );
                     return Ok(Some(Picture::Missing { name }));
                 }
                 Source::File { name, path } => {
@@ -318,13 +319,7 @@ fn format(bytes: &[u8], place: &str) -> Checked<Option<ImageFormat>> {
     if bytes.starts_with(b"DDS ") {
         return Err(extensions::image("DDS", place));
     }
-    let decodable = [
-        ImageFormat::Png,
-        ImageFormat::Jpeg,
-        ImageFormat::WebP,
-        ImageFormat::Bmp,
-        ImageFormat::Gif,
-        ImageFormat::Tiff,
-    ];
+    let decodable =
+        [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP, ImageFormat::Bmp, ImageFormat::Gif, ImageFormat::Tiff];
     Ok(image::guess_format(bytes).ok().filter(|format| decodable.contains(format)))
 }

@@ -64,20 +64,26 @@ fn locate(name: &str, folder: &Path, allow_outside: bool, place: &str) -> Checke
     };
     let slashed = name.replace('\\', "/");
     let drive = slashed.as_bytes().get(1) == Some(&b':');
+    let absolute = slashed.starts_with('/') || drive;
     let mut parts: Vec<&str> = Vec::new();
-    let mut escapes = slashed.starts_with('/') || drive;
+    let mut up = PathBuf::new();
     for part in slashed.split('/') {
         match part {
             "" | "." => {}
-            ".." => escapes |= parts.pop().is_none(),
+            ".." => {
+                if parts.pop().is_none() {
+                    up.push("..");
+                }
+            }
             other => parts.push(other),
         }
     }
+    let escapes = absolute || up != Path::new("");
     if escapes && !allow_outside {
         return Err(outside());
     }
     let relative = parts.join("/");
-    let path = if escapes { folder.join(&slashed) } else { folder.join(&relative) };
+    let path = if absolute { PathBuf::from(&slashed) } else { folder.join(up).join(&relative) };
     // Outside the folder only the last part makes a name that can stand beside the document.
     let name = if escapes { parts.last().map_or_else(String::new, |&last| last.to_owned()) } else { relative };
     let unreadable = |source: io::Error| -> Fault { aam::FileError::Open { path: path.clone(), source }.into() };

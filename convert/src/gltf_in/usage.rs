@@ -1,8 +1,8 @@
 //! What a material's textures hold where the model uses them: means weighted by surface area.
 //!
 //! Texture atlases have unused corners, so the mean over a whole picture says little. Each triangle is sampled on a
-//! regular grid, about one sample for 8 × 8 texels of the largest picture, and each sample counts by the area that it
-//! stands for.
+//! regular grid, about one sample for 2 × 2 texels of the largest picture (fewer where that would be too many), and each
+//! sample counts by the area that it stands for.
 
 use std::sync::{Arc, LazyLock};
 
@@ -17,9 +17,9 @@ use super::primitive::Primitive;
 /// Samples that a material gets at most, more or less.
 const SAMPLES: f64 = (1 << 18) as f64;
 /// Texels along an edge that one sample stands for.
-const TEXELS: f64 = 8.0;
-/// Parts that a triangle's edge is cut into at most.
-const PARTS: f64 = 128.0;
+const TEXELS: f64 = 2.0;
+/// Parts that a triangle's edge is cut into, at least and at most, before the number of samples is bounded.
+const PARTS: [f64; 2] = [4.0, 512.0];
 
 /// The linear value of each stored sRGB value.
 static LINEAR: LazyLock<[f32; 256]> =
@@ -69,7 +69,7 @@ impl Slots {
             let scale = f64::from(slot.transform.scale[0]) * f64::from(slot.transform.scale[1]);
             Some((0.5 * doubled * scale).abs() * f64::from(slot.pixels.width) * f64::from(slot.pixels.height))
         });
-        (texels.fold(0.0, f64::max) / (TEXELS * TEXELS)).sqrt().ceil().clamp(1.0, PARTS)
+        (texels.fold(0.0, f64::max) / (TEXELS * TEXELS)).sqrt().ceil().clamp(PARTS[0], PARTS[1])
     }
 }
 
@@ -193,7 +193,6 @@ impl Usage {
             add(&mut self.base_emissive, [0, 1, 2].map(|channel| base[channel] * emissive[channel]), weight);
         }
     }
-
 }
 
 fn add<const N: usize>(means: &mut [Mean; N], values: [f32; N], weight: f64) {

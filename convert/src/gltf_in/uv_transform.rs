@@ -31,10 +31,7 @@ impl UvTransform {
         }
         let (s, c) = f64::from(self.rotation).sin_cos();
         let scale = DVec2::new(self.scale[0].into(), self.scale[1].into());
-        let moved = DVec2::new(
-            s * scale.y + f64::from(self.offset[0]),
-            1.0 - c * scale.y - f64::from(self.offset[1]),
-        );
+        let moved = DVec2::new(s * scale.y + f64::from(self.offset[0]), 1.0 - c * scale.y - f64::from(self.offset[1]));
         let center = DVec2::splat(0.5);
         let offset = (DMat2::from_cols(DVec2::new(c, -s), DVec2::new(s, c)) * (center - moved)) / scale - center;
         let offset = offset.as_vec2();
@@ -53,5 +50,5 @@ impl UvTransform {
     }
 }
 
-/// Largest shift of the picture that rounding the offset may cause: a thousandth of a texel of a texture of 1024.
-const TOLERANCE: f64 = 1e-6;
+/// Largest shift of the picture that rounding the offset may cause: a hundredth of a texel of a texture of 1024.
+const TOLERANCE: f64 = 1e-5;

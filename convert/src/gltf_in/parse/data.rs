@@ -118,7 +118,8 @@ fn check_accessor(model: &Model, accessor: &Accessor, bytes: usize) -> Checked<(
     let fits = |view: usize, offset: usize, count: usize, size: usize, stride: usize| -> Result<(), String> {
         let Some(last) = count.checked_sub(1) else { return Ok(()) };
         let length = model.views[view].length;
-        let end = last.checked_mul(stride).and_then(|end| end.checked_add(size)).and_then(|end| end.checked_add(offset));
+        let end =
+            last.checked_mul(stride).and_then(|end| end.checked_add(size)).and_then(|end| end.checked_add(offset));
         if end.is_some_and(|end| end <= length) {
             return Ok(());
         }
@@ -136,8 +137,7 @@ fn check_accessor(model: &Model, accessor: &Accessor, bytes: usize) -> Checked<(
         fits(view, accessor.offset, accessor.count, size, stride)
             .map_err(|message| Fault::broken(format!("{place}/count"), message))?;
     } else if accessor.count > bytes.max(limits::ZERO_FILLED) {
-        let message =
-            format!("{} elements without a buffer view are more than the file has bytes", accessor.count);
+        let message = format!("{} elements without a buffer view are more than the file has bytes", accessor.count);
         return Err(Fault::broken(format!("{place}/count"), message));
     }
     if let Some(sparse) = &accessor.sparse {
@@ -191,8 +191,7 @@ pub(super) fn sampler(at: &At<'_>) -> Checked<Sampler> {
 
 pub(super) fn texture(at: &At<'_>, counts: &Counts) -> Checked<Texture> {
     /// What may hold the picture instead of `source`; only the first can be decoded.
-    const ALTERNATIVES: [&str; 4] =
-        ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_avif"];
+    const ALTERNATIVES: [&str; 4] = ["EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_avif"];
     let mut image = at.index_of("source", counts.images, "image")?.ok_or("");
     for name in ALTERNATIVES {
         let Some(extension) = at.extension(name) else { continue };
@@ -204,9 +203,5 @@ pub(super) fn texture(at: &At<'_>, counts: &Counts) -> Checked<Texture> {
             };
         }
     }
-    Ok(Texture {
-        image,
-        sampler: at.index_of("sampler", counts.samplers, "sampler")?,
-        place: at.place().to_owned(),
-    })
+    Ok(Texture { image, sampler: at.index_of("sampler", counts.samplers, "sampler")?, place: at.place().to_owned() })
 }

@@ -102,9 +102,7 @@ fn metallic_roughness(at: &At<'_>, counts: &Counts, material: &mut Material) -> 
 fn alpha_mode(at: &At<'_>) -> Checked<AlphaMode> {
     Ok(match at.text_of("alphaMode")? {
         None | Some("OPAQUE") => AlphaMode::Opaque,
-        Some("MASK") => {
-            AlphaMode::Mask { cutoff: at.number_in("alphaCutoff", 0.0, f32::MAX)?.unwrap_or(0.5) }
-        }
+        Some("MASK") => AlphaMode::Mask { cutoff: at.number_in("alphaCutoff", 0.0, f32::MAX)?.unwrap_or(0.5) },
         Some("BLEND") => AlphaMode::Blend,
         Some(other) => {
             return Err(at.fault_of("alphaMode", format!("{other:?} is none of OPAQUE, MASK and BLEND")));

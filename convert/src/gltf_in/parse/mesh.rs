@@ -21,13 +21,7 @@ pub(super) fn mesh(at: &At<'_>, counts: &Counts) -> Checked<Mesh> {
     if !weights.is_empty() && weights.len() != targets {
         return Err(at.fault_of("weights", format!("{} weights for {targets} morph targets", weights.len())));
     }
-    Ok(Mesh {
-        name: name(at)?,
-        primitives,
-        weights,
-        targets,
-        extras: at.get("extras").is_some(),
-    })
+    Ok(Mesh { name: name(at)?, primitives, weights, targets, extras: at.get("extras").map(|extras| extras.to_json()) })
 }
 
 fn primitive(at: &At<'_>, counts: &Counts) -> Checked<Primitive> {

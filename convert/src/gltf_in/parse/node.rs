@@ -19,11 +19,7 @@ pub(super) fn node(at: &At<'_>, counts: &Counts) -> Checked<Node> {
     };
     Ok(Node {
         name: name(at)?,
-        children: at
-            .list("children")?
-            .iter()
-            .map(|child| child.index(counts.nodes, "node"))
-            .collect::<Checked<_>>()?,
+        children: at.list("children")?.iter().map(|child| child.index(counts.nodes, "node")).collect::<Checked<_>>()?,
         transform: transform(at)?,
         mesh: at.index_of("mesh", counts.meshes, "mesh")?,
         skin: at.index_of("skin", counts.skins, "skin")?,
