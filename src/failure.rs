@@ -81,7 +81,8 @@ fn advice(path: &Path, error: &io::Error) -> Option<String> {
 
 /// A file in the same folder whose name differs only in letter case or extension.
 fn neighbour(path: &Path) -> Option<String> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let parent = path.parent().unwrap_or(Path::new(""));
+    let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
     let stem = path.file_stem()?.to_string_lossy().to_lowercase();
     let mut names: Vec<_> = std::fs::read_dir(folder)
         .ok()?
@@ -91,7 +92,7 @@ fn neighbour(path: &Path) -> Option<String> {
         .filter(|candidate| aam_convert::Format::of(candidate).is_some())
         .collect();
     names.sort();
-    names.first().map(|name| name.display().to_string())
+    names.first().and_then(|name| Some(parent.join(name.file_name()?).display().to_string()))
 }
 
 impl From<FileError> for Failure {

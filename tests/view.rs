@@ -3,14 +3,17 @@
 //! Needs Xvfb and xdotool; without them the tests print why they are skipped, or fail where `CI` is set.
 #![cfg(target_os = "linux")]
 
+mod common;
+
 use std::collections::BTreeSet;
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use common::{fixture, square};
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{ConnectionExt, ImageFormat};
 use x11rb::rust_connection::RustConnection;
@@ -110,7 +113,7 @@ impl Display {
             .spawn()
             .expect("aam starts");
         let mut window = Window { display: self, process, id: String::new() };
-        let title = format!("^{file} – aam$");
+        let title = format!("^{file} - aam$");
         window.id = wait("the window's title", || {
             let search = ["search", "--onlyvisible", "--name", &title];
             let output = Command::new("xdotool").args(search).env("DISPLAY", &self.name).output().ok()?;
@@ -219,10 +222,6 @@ fn is_reddish(pixels: &[[u8; 3]]) -> bool {
     middle[0] > middle[2].saturating_add(40)
 }
 
-fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/assets").join(name)
-}
-
 fn copy(from: &Path, to: &Path) {
     if from.is_dir() {
         fs::create_dir_all(to).expect("a folder");
@@ -235,21 +234,13 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Two triangles facing the front, filling most of the picture.
-fn square(color: &str) -> String {
-    format!(
-        "MATERIALS\nMatCount: 1\nMat# 0 {{\nName: m\nClass: Standard\nAm: {color}\nDi: {color}\nSp: 0 0 0\nTr: 0\n\
-         Sh: 0\nTx: N\nTS: N\n}}\nENDMATERIALS\nGEOMETRY\nNObj: 1\nNFrames: 1\nAnimation_mode: None\nFrame: 0 {{\n\
-         Obj: 0 square Par: -1 {{\nMatID: 0\nV_List: 4\n-1 0 -1\n1 0 -1\n1 0 1\n-1 0 1\nTV_List: 0\nI_List: 2 1\n\
-         NEWGROUP: 0\nI: 0 1 2 1\nI: 0 2 3 1\nENDGROUP\nAnim_Ctrl: N\n}}\n}}\nENDGEOMETRY\n"
-    )
-}
-
 #[test]
 fn a_model_is_shown_turned_and_closed() {
     let Some(display) = Display::start() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
-    copy(&fixture("crate"), folder.path());
+    for name in ["crate.gltf", "crate.bin", "textures"] {
+        copy(&fixture(name), &folder.path().join(name));
+    }
     let mut window = display.view(folder.path(), "crate.gltf");
     wait("the model", || (colors(&display.scene()) > 500).then_some(()));
     assert!(colors(&display.pixels()) > 1000, "panels and model are drawn");

@@ -94,7 +94,7 @@ pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<ExitCode, Fai
 /// All findings of a file, in file order. `--strict` makes errors of warnings after the fact, so that one does not
 /// hide the next.
 fn check(path: &Path, args: &CheckArgs) -> Result<(Vec<Finding>, Option<String>), Failure> {
-    if Format::of(path).is_some_and(|format| format != Format::Aam) {
+    if Format::of(path).is_some_and(|format| format != Format::Aam) && path.exists() {
         return Err(Failure::new(format_args!("{}: only AAM files can be checked", path.display()))
             .help("`aam convert` reports what it cannot take over from other formats"));
     }

@@ -196,7 +196,12 @@ fn one(
     terminal: &Terminal,
 ) -> Result<Converted, Failure> {
     let start = Instant::now();
-    let size = std::fs::metadata(input).map_err(|error| Failure::io(input, "read", &error))?.len();
+    let meta = std::fs::metadata(input).map_err(|error| Failure::io(input, "read", &error))?;
+    if meta.is_dir() {
+        return Err(Failure::new(format_args!("{}: cannot read: it is a folder", input.display()))
+            .help("name its files: aam convert FOLDER/*.glb -o out/"));
+    }
+    let size = meta.len();
     if let Some(output) = output {
         writable(output)?;
     }

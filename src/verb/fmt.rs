@@ -35,9 +35,9 @@ pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<ExitCode, Failu
 
 /// Rewrites one file unless it is canonical already; gives whether it was.
 fn file(path: &Path, args: &FmtArgs, terminal: &Terminal) -> Result<bool, Failure> {
-    if let Some(format) = Format::of(path).filter(|format| *format != Format::Aam) {
+    if Format::of(path).is_some_and(|format| format != Format::Aam) && path.exists() {
         return Err(Failure::new(format_args!("{}: only AAM files have a canonical layout", path.display()))
-            .help(format_args!("`aam convert` makes one from {format:?}")));
+            .help("`aam convert` makes an AAM file of it"));
     }
     let before = aam::read_bytes(path, args.max_file_size)?;
     let (after, outcome) = canonical(path, &before, args)?;

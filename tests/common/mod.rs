@@ -1,4 +1,5 @@
 //! What the tests of the command share: a folder of their own, the command in it, and a small file.
+#![allow(dead_code, reason = "each of them uses a part")]
 
 use std::fs;
 use std::io::Write;
@@ -10,38 +11,42 @@ use std::sync::OnceLock;
 pub(crate) const SQUARE: &str = "\
 MATERIALS
 MatCount: 1
-Mat# 0 {
-Name: m
-Class: Standard
-Am: 0.9 0.1 0.1
-Di: 0.9 0.1 0.1
-Sp: 0 0 0
-Tr: 0
-Sh: 0
-Tx: N
-TS: N
+Mat# 0
+{
+\tName: m
+\tClass: Standard
+\tAm: 0.9 0.1 0.1
+\tDi: 0.9 0.1 0.1
+\tSp: 0.0 0.0 0.0
+\tTr: 0.0
+\tSh: 0.0
+\tTx: N
+\tTS: N
 }
 ENDMATERIALS
 GEOMETRY
 NObj: 1
 NFrames: 1
 Animation_mode: None
-Frame: 0 {
-Obj: 0 square Par: -1 {
-MatID: 0
-V_List: 4
--1 0 -1
-1 0 -1
-1 0 1
--1 0 1
-TV_List: 0
-I_List: 2 1
-NEWGROUP: 0
-I: 0 1 2 1
-I: 0 2 3 1
-ENDGROUP
-Anim_Ctrl: N
-}
+Frame: 0
+{
+\tObj: 0 square
+\tPar: -1
+\t{
+\tMatID: 0
+\tV_List: 4
+\t\t-1.0 0.0 -1.0
+\t\t1.0 0.0 -1.0
+\t\t1.0 0.0 1.0
+\t\t-1.0 0.0 1.0
+\tTV_List: 0
+\tI_List: 2 1
+\t\tNEWGROUP: 0
+\t\tI: 0 1 2 0
+\t\tI: 0 2 3 0
+\t\tENDGROUP
+\tAnim_Ctrl: N
+\t}
 }
 ENDGEOMETRY
 ";
@@ -51,9 +56,9 @@ pub(crate) fn square(color: &str) -> String {
     SQUARE.replace("0.9 0.1 0.1", color)
 }
 
-/// The folder of the fixtures.
-pub(crate) fn fixtures() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/assets")
+/// A file of the fixture with the crate.
+pub(crate) fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/assets").join(name)
 }
 
 /// Whether pictures can be drawn on a GPU here; a software one counts.
@@ -97,11 +102,11 @@ impl Folder {
     }
 
     pub(crate) fn fixture(&self, name: &str) -> String {
-        fixtures().join(name).display().to_string()
+        fixture(name).display().to_string()
     }
 
     pub(crate) fn copy_fixture(&self, name: &str) {
-        fs::copy(fixtures().join(name), self.path(name)).expect("a copy");
+        fs::copy(fixture(name), self.path(name)).expect("a copy");
     }
 
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
