@@ -5,7 +5,7 @@ use std::path::Path;
 
 use aam::document::{Flagged, MaterialBody, SingleMaterial};
 use aam::{Document, ReadOptions, Severity};
-use aam_scene::{FolderTextures, TextureData, TextureSource};
+use aam_scene::{AssetEntry, FolderTextures, SceneFile, TextureData, TextureSource, Up};
 
 use crate::files::{Files, within};
 use crate::{Asset, ConvertError, ExportOptions, ImportOptions, TextureFile, original};
@@ -36,16 +36,40 @@ pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, Conv
 }
 
 /// The AAM file of an asset, with its textures and, where it has lights or cameras, a scene file.
-pub(crate) fn export(asset: &Asset, stem: &str, options: &ExportOptions) -> Result<Files, ConvertError> {
+pub(crate) fn export(asset: &Asset, path: &Path, options: &ExportOptions) -> Result<Files, ConvertError> {
     let mut files = Files::default();
     let mut document = asset.document.clone();
     if options.original {
         original::strip(&mut document, &mut files.report);
     }
     files.main = aam::write(&document, &options.write)
-        .map_err(|error| ConvertError::Option(format!("{stem}.aam cannot be written: {error}")))?;
+        .map_err(|error| ConvertError::Option(format!("{} cannot be written: {error}", path.display())))?;
     add_textures(&document, asset, &mut files);
+    add_scene_file(asset, path, &mut files)?;
     Ok(files)
+}
+
+/// Lights and cameras have no place in an AAM file.
+fn add_scene_file(asset: &Asset, path: &Path, files: &mut Files) -> Result<(), ConvertError> {
+    let target = SceneFile::path_beside(path);
+    let (Some(main), Some(name)) = (path.file_name(), target.file_name()) else { return Ok(()) };
+    if asset.lights.is_empty() && asset.cameras.is_empty() {
+        return Ok(());
+    }
+    let name = name.to_string_lossy().into_owned();
+    let scene = SceneFile {
+        up: Some(Up::Z),
+        shading: asset.shading,
+        assets: vec![AssetEntry::new(main)],
+        lights: (!asset.lights.is_empty()).then(|| asset.lights.clone()),
+        cameras: asset.cameras.clone(),
+        ..SceneFile::default()
+    };
+    let text = scene.to_text().map_err(|reason| ConvertError::Option(format!("{name} cannot be written: {reason}")))?;
+    let what = format!("{} lights and {} cameras are in {name}", asset.lights.len(), asset.cameras.len());
+    files.report.kept("", "lights and cameras", what);
+    files.beside.insert(name, TextureFile::InMemory(text.into_bytes().into()));
+    Ok(())
 }
 
 /// The textures that a document names go beside it under these names.

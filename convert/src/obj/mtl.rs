@@ -5,9 +5,10 @@
 
 use std::collections::BTreeMap;
 
+use crate::source::{Source, shown};
 use crate::{ConvertError, Report};
 
-use super::statements::{Source, Statement, Statements, shown};
+use super::statements::{Statement, Statements};
 
 /// A `newmtl` block, as written.
 #[derive(Clone, Debug, Default)]
@@ -299,7 +300,7 @@ fn map(source: Source, slot: Slot, statement: &mut Statement) -> Result<Map, Con
     }
     map.file = statement.rest();
     if map.file.is_empty() {
-        return Err(source.expected("a file name", None, statement));
+        return Err(source.unexpected("a file name", None, statement));
     }
     if slot == Slot::Reflection {
         map.unused.clear();
@@ -321,7 +322,7 @@ fn vector(source: Source, statement: &mut Statement, default: f64) -> Result<[f6
     }
     if count == 0 {
         let found = statement.word();
-        return Err(source.expected("a number", found, statement));
+        return Err(source.unexpected("a number", found, statement));
     }
     Ok([values[0], values[1]])
 }

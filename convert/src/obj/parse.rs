@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use crate::source::{Source, shown};
 use crate::{ConvertError, Progress};
 
-use super::statements::{Source, Statement, Statements, shown};
+use super::statements::{Statement, Statements};
 
 /// No index, no name.
 pub(super) const NONE: u32 = u32::MAX;
@@ -168,7 +169,7 @@ impl Parser<'_> {
                     // Exporters write `nan` for the normals of faces without area: no normal, not a broken file.
                     let word = statement.word();
                     let number = word.and_then(|(_, word)| fast_float2::parse::<f32, _>(word).ok());
-                    *value = number.ok_or_else(|| self.source.expected("a normal's coordinate", word, statement))?;
+                    *value = number.ok_or_else(|| self.source.unexpected("a normal's coordinate", word, statement))?;
                 }
                 self.model.normals.push(normal);
             }
@@ -229,8 +230,8 @@ impl Parser<'_> {
                 .ok()
                 .and_then(|digits| digits.parse::<u32>().ok())
                 .map(u32::cast_signed)
-                .ok_or_else(|| self.source.expected("a smoothing group or `off`", word, statement))?,
-            None => return Err(self.source.expected("a smoothing group or `off`", word, statement)),
+                .ok_or_else(|| self.source.unexpected("a smoothing group or `off`", word, statement))?,
+            None => return Err(self.source.unexpected("a smoothing group or `off`", word, statement)),
         };
         Ok(())
     }
@@ -249,7 +250,7 @@ impl Parser<'_> {
                 normal: next(Kind::Normal, self)?,
             };
             if corner.position == NONE || parts.next().is_some() {
-                return Err(self.source.expected(
+                return Err(self.source.unexpected(
                     "a corner (v, v/vt, v//vn or v/vt/vn)",
                     Some((offset, word)),
                     statement,

@@ -15,18 +15,22 @@ use aam_scene::Up;
 
 use crate::mesh::{Part, PartMaterial, PartTriangle, document, to_z_up};
 use crate::polygon::Triangulator;
+use crate::source::Source;
 use crate::{Asset, ConvertError, ImportOptions, Progress, Report};
 
 use super::material;
 use super::mtl::{self, Mtl};
 use super::parse::{Corner, Model, NONE, State, parse};
-use super::statements::Source;
 use super::textures::Textures;
 
 /// Reads an OBJ file and its libraries.
 pub(crate) fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, ConvertError> {
     let bytes = read_bytes(path, options.max_file_size)?;
-    let model = parse(Source { path, bytes: &bytes }, progress)?;
+    let source = Source { path, bytes: &bytes };
+    let model = parse(source, progress)?;
+    if model.faces.is_empty() {
+        return Err(source.no_faces());
+    }
     drop(bytes);
     progress.stage("meshes", 0);
     let mut asset = Asset::default();
@@ -234,9 +238,7 @@ fn parts(
     let smoothing = Smoothing::of(model, faces, keys.len() > 1);
     let stem = path.file_stem().map_or_else(|| "object".into(), |stem| stem.to_string_lossy().into_owned());
     let has_normals = faces.iter().flat_map(|face| face.corners).any(|corner| corner.normal != NONE);
-    if faces.is_empty() {
-        report.lost("", "geometry", "there are no faces");
-    } else if !has_normals && !model.smoothing {
+    if !has_normals && !model.smoothing {
         let note = "the file has neither normals nor smoothing groups, so every face is flat";
         report.changed("", "normals", note, None);
     }

@@ -3,11 +3,8 @@
 //! A statement is a line; `\` at the end of one carries it on to the next. `#` starts a comment. Words are separated by
 //! blanks and tabs. Everything is a slice of the file, so a place in it is an offset.
 
-use std::path::Path;
-
-use aam::ReadError;
-
 use crate::ConvertError;
+use crate::source::Source;
 
 /// A file's statements, one after the other.
 pub(super) struct Statements<'a> {
@@ -130,28 +127,11 @@ impl<'a> Statement<'a> {
     }
 }
 
-/// A file that is being read, for its errors.
-#[derive(Clone, Copy)]
-pub(super) struct Source<'a> {
-    pub(super) path: &'a Path,
-    pub(super) bytes: &'a [u8],
-}
-
 impl Source<'_> {
-    /// The error for a place: `line:column: expected …, found …`, and the line.
-    pub(super) fn broken(&self, offset: usize, message: impl Into<String>) -> ConvertError {
-        let error = ReadError::at(self.bytes, offset, "", message);
-        ConvertError::Broken {
-            path: self.path.to_owned(),
-            place: error.position.to_string(),
-            message: format!("{}\n    | {}\n    | {:marker$}^", error.message, error.line, "", marker = error.marker),
-        }
-    }
-
-    /// The same, for a word that is not what it should be.
-    pub(super) fn expected(&self, what: &str, found: Option<(usize, &[u8])>, statement: &Statement) -> ConvertError {
+    /// The error for a word of a statement that is not what it should be.
+    pub(super) fn unexpected(&self, what: &str, found: Option<(usize, &[u8])>, statement: &Statement) -> ConvertError {
         match found {
-            Some((offset, word)) => self.broken(offset, format!("expected {what}, found `{}`", shown(word))),
+            Some(_) => self.expected(what, found, 0),
             None => self.broken(statement.offset(), format!("expected {what}, found the end of the line")),
         }
     }
@@ -160,19 +140,14 @@ impl Source<'_> {
     pub(super) fn number(&self, statement: &mut Statement, what: &str) -> Result<f32, ConvertError> {
         let word = statement.word();
         let number = word.and_then(|(_, word)| fast_float2::parse::<f32, _>(word).ok()).filter(|x| x.is_finite());
-        number.ok_or_else(|| self.expected(what, word, statement))
+        number.ok_or_else(|| self.unexpected(what, word, statement))
     }
-}
-
-/// A word for an error message, not longer than a line.
-pub(super) fn shown(word: &[u8]) -> String {
-    let cut = &word[..word.len().min(40)];
-    let text: String = String::from_utf8_lossy(cut).chars().map(|c| if c.is_control() { '·' } else { c }).collect();
-    if cut.len() < word.len() { format!("{text}…") } else { text }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     fn words(text: &str) -> Vec<Vec<String>> {
