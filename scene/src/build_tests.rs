@@ -235,7 +235,7 @@ fn vertices_that_part_later_are_not_welded() {
     // Two flat triangles that share an edge in frame 0 and fold in frame 1.
     let flat = square(0, -1, -1, 0).replace("2 1\nI:", "2 0\nI:").replace("3 1\n", "3 0\n");
     let flat = flat.replace("I: 0 1 2 1", "I: 0 1 2 0").replace("I: 0 2 3 1", "I: 0 2 3 0");
-    let still = built(&file(&[], "None", &[flat.clone()]), &NoTextures).scene;
+    let still = built(&file(&[], "None", std::slice::from_ref(&flat)), &NoTextures).scene;
     assert_eq!(still.meshes[0].positions.len(), 4, "coplanar: the same normals");
     let frames = [flat, moved(0, [0.0, 1.0, 0.0, 0.0])];
     let scene = built(&file(&[], "Full", &frames), &NoTextures).scene;

@@ -1,42 +1,4 @@
 //! The scene file (`*.scene.toml`): which assets stand where, lights, cameras, background, and what is hidden.
-//!
-//! ```toml
-//! up = "z"                     # or "y"
-//! shading = "source"           # or "linear"
-//! active_camera = "front"
-//!
-//! [background]                 # one of the three
-//! color = [0.18, 0.2, 0.23]    # sRGB
-//! # picture = "sky.png"
-//! # transparent = true
-//!
-//! [[asset]]
-//! path = "helmet.gltf"         # relative to this file
-//! name = "helmet"
-//! position = [0, 0, 1.5]       # metres
-//! rotation = [0, 0, 90]        # degrees about x, then y, then z
-//! scale = [1, 1, 1]
-//! [[asset.node]]
-//! name = "visor"               # of several nodes with this name the first, or the one that `occurrence` says
-//! visible = false
-//!
-//! [[light]]                    # replaces the lights that assets bring along
-//! name = "key"
-//! kind = "spot"                # or "point", "directional"
-//! position = [2, -3, 4]
-//! direction = [-0.4, 0.6, -0.7]
-//! inner = 20                   # half angles in degrees
-//! outer = 30
-//! falloff = "inverse-square"   # or "none"
-//! diffuse = [4, 4, 4]
-//! shape = { form = "disc", radius = 0.2 }
-//!
-//! [[camera]]
-//! name = "front"
-//! position = [0, -4, 1.5]
-//! target = [0, 0, 1.5]
-//! fov_y = 40                   # degrees; or `height` in metres for an orthographic one
-//! ```
 
 mod assemble;
 mod form;
@@ -54,7 +16,48 @@ pub const SCENE_EXTENSION: &str = ".scene.toml";
 /// The largest scene file in bytes.
 const MAX_SIZE: u64 = 16 << 20;
 
-/// A scene file. The default is an empty one.
+/// A scene file: which assets stand where, lights, cameras, background, and what is hidden. The default is an empty one.
+///
+/// As text it is TOML. Every key is optional but an asset's `path`, a light's `kind` and place, a camera's `position`,
+/// `target` and projection; a key that is not known is an error.
+///
+/// ```toml
+/// up = "z"                     # or "y"
+/// shading = "source"           # or "linear"
+/// active_camera = "front"
+///
+/// [background]                 # one of the three
+/// color = [0.18, 0.2, 0.23]    # sRGB
+/// # picture = "sky.png"
+/// # transparent = true
+///
+/// [[asset]]
+/// path = "helmet.gltf"         # relative to this file
+/// name = "helmet"
+/// position = [0, 0, 1.5]       # metres
+/// rotation = [0, 0, 90]        # degrees about x, then y, then z
+/// scale = [1, 1, 1]
+/// [[asset.node]]
+/// name = "visor"               # of several nodes with this name the first, or the one that `occurrence` says
+/// visible = false
+///
+/// [[light]]                    # replaces the lights that assets bring along
+/// name = "key"
+/// kind = "spot"                # or "point", "directional"
+/// position = [2, -3, 4]
+/// direction = [-0.4, 0.6, -0.7]
+/// inner = 20                   # half angles in degrees
+/// outer = 30
+/// falloff = "inverse-square"   # or "none"
+/// diffuse = [4, 4, 4]
+/// shape = { form = "disc", radius = 0.2 }
+///
+/// [[camera]]
+/// name = "front"
+/// position = [0, -4, 1.5]
+/// target = [0, 0, 1.5]
+/// fov_y = 40                   # degrees; or `height` in metres for an orthographic one
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneFile {
     /// Which way is up; `None` means Z. Assets are turned where theirs differs.

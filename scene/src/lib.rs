@@ -7,7 +7,7 @@
 //! maps are data.
 
 mod build;
-pub mod file;
+mod file;
 mod frames;
 mod materials;
 mod mesh;

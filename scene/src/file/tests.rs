@@ -100,7 +100,7 @@ fn the_documented_example_reads() {
         .skip_while(|line| !line.contains("```toml"))
         .skip(1)
         .take_while(|line| !line.contains("```"))
-        .map(|line| line.trim_start_matches("//!").trim_start().to_owned() + "\n")
+        .map(|line| line.trim_start_matches("///").trim_start().to_owned() + "\n")
         .collect();
     let file = SceneFile::parse(&example).unwrap_or_else(|error| panic!("{error}\n{example}"));
     assert_eq!((file.assets.len(), file.cameras.len()), (1, 1));
