@@ -59,8 +59,11 @@ impl Progress for Stages<'_> {
 fn opened(path: &Path, read: &ReadArgs, stage: &dyn Fn(&str)) -> Result<Opened, String> {
     let opened = open::scene(path, read, &Stages(stage)).map_err(|failure| failure.text())?;
     let outlines = opened.documents.iter().flat_map(|(document, first)| {
+        // Nodes stand parents first, which objects need not.
+        let nodes = aam_scene::object_nodes(document);
         outlines::of(document).into_iter().filter_map(move |(object, segments)| {
-            Some(Outline { node: NodeId(u32::try_from(first + object).ok()?), segments })
+            let node = NodeId(u32::try_from(first + nodes.get(object)?.index()).ok()?);
+            Some(Outline { node, segments })
         })
     });
     Ok(Opened {
