@@ -26,9 +26,15 @@ pub enum LabError {
     /// Two pictures could not be compared.
     #[error(transparent)]
     Compare(#[from] crate::metrics::CompareError),
-    /// A result cannot be written.
-    #[error("{}: cannot write: {source}", path.display())]
-    Save {
+    /// The device has no timestamp queries.
+    #[error("the GPU driver cannot tell how long a frame takes (no timestamp queries); nothing can be timed")]
+    NoTimestamps,
+    /// A report cannot be read.
+    #[error(transparent)]
+    Report(#[from] crate::report::ReportError),
+    /// A result cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
         /// The file.
         path: PathBuf,
         /// The system's reason.

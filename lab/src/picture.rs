@@ -14,7 +14,7 @@ use crate::metrics::CompareError;
 pub fn save_png(picture: &Image, path: &Path) -> Result<(), LabError> {
     let Pixels::Rgba8(bytes) = &picture.pixels else { return Err(CompareError::Format.into()) };
     if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|source| LabError::Save { path: folder.to_owned(), source })?;
+        std::fs::create_dir_all(folder).map_err(|source| LabError::File { path: folder.to_owned(), source })?;
     }
     image::save_buffer(path, bytes, picture.width, picture.height, image::ColorType::Rgba8)
         .map_err(|error| LabError::Encode { path: path.to_owned(), reason: error.to_string() })

@@ -1,0 +1,203 @@
+//! Charts of cost against error as SVG, self-contained.
+
+use std::fmt::Write;
+
+use crate::study::{Row, Study};
+
+/// A panel's plotting area in pixels, and what surrounds it.
+const WIDTH: f64 = 300.0;
+const HEIGHT: f64 = 240.0;
+const LEFT: f64 = 62.0;
+const RIGHT: f64 = 22.0;
+const TOP: f64 = 78.0;
+const BOTTOM: f64 = 74.0;
+
+const INK: &str = "#222";
+const FAINT: &str = "#ddd";
+const DOT: &str = "#2a6fb0";
+const FRONT: &str = "#d1495b";
+
+/// One panel for each scene: GPU time to the right, mean FLIP difference upwards, one dot for each variant, and a line
+/// through the variants that no other beats in both.
+pub fn cost_and_error(study: &Study) -> String {
+    let scenes = study.scenes();
+    let width = (LEFT + WIDTH + RIGHT) * scenes.len().max(1) as f64;
+    let height = TOP + HEIGHT + BOTTOM;
+    let mut svg = String::new();
+    let _ = writeln!(
+        svg,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"11\" fill=\"{INK}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+    );
+    text(&mut svg, (LEFT, 22.0), "start", "font-size=\"15\" font-weight=\"bold\"", &study.title);
+    text(&mut svg, (LEFT, 40.0), "start", "fill=\"#666\"", &format!("{}; {}", study.machine, study.method));
+    for (index, scene) in scenes.iter().enumerate() {
+        let rows: Vec<&Row> = study.rows.iter().filter(|row| row.scene == *scene).collect();
+        let _ = writeln!(svg, "<g transform=\"translate({},{TOP})\">", LEFT + (LEFT + WIDTH + RIGHT) * index as f64);
+        panel(&mut svg, scene, &rows);
+        svg.push_str("</g>\n");
+    }
+    text(
+        &mut svg,
+        (LEFT, height - 12.0),
+        "start",
+        "fill=\"#666\"",
+        "Down and to the left is better. Whiskers: half of the frames lie between. Red: beaten by no other in both.",
+    );
+    svg.push_str("</svg>\n");
+    svg
+}
+
+fn panel(svg: &mut String, title: &str, rows: &[&Row]) {
+    let times = rows.iter().flat_map(|row| [row.gpu_quartiles[0], row.gpu_ms, row.gpu_quartiles[1]]);
+    let x = Axis::around(times, WIDTH);
+    let y = Axis::around(rows.iter().map(|row| row.flip_mean), HEIGHT);
+    let place = |row: &Row| (x.place(row.gpu_ms), HEIGHT - y.place(row.flip_mean));
+    text(svg, (0.0, -10.0), "start", "font-size=\"13\" font-weight=\"bold\"", title);
+    for (value, label) in x.ticks() {
+        let at = x.place(value);
+        line(svg, [(at, 0.0), (at, HEIGHT)], FAINT);
+        text(svg, (at, HEIGHT + 15.0), "middle", "", &label);
+    }
+    for (value, label) in y.ticks() {
+        let at = HEIGHT - y.place(value);
+        line(svg, [(0.0, at), (WIDTH, at)], FAINT);
+        text(svg, (-6.0, at + 4.0), "end", "", &label);
+    }
+    line(svg, [(0.0, 0.0), (0.0, HEIGHT)], INK);
+    line(svg, [(0.0, HEIGHT), (WIDTH, HEIGHT)], INK);
+    text(svg, (0.5 * WIDTH, HEIGHT + 32.0), "middle", "", "GPU time of a frame, ms");
+    let turned = format!("transform=\"rotate(-90 -46 {})\"", 0.5 * HEIGHT);
+    text(svg, (-46.0, 0.5 * HEIGHT), "middle", &turned, "mean FLIP difference");
+
+    let front = pareto_front(rows);
+    let points: Vec<String> = front.iter().map(|row| place(row)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+    let _ = writeln!(
+        svg,
+        "<polyline points=\"{}\" fill=\"none\" stroke=\"{FRONT}\" stroke-width=\"1.5\"/>",
+        points.join(" ")
+    );
+    let dots: Vec<(f64, f64)> = rows.iter().map(|row| place(row)).collect();
+    let mut labels: Vec<(f64, f64, f64)> = Vec::new();
+    for (row, (cx, cy)) in rows.iter().zip(&dots) {
+        let [low, high] = row.gpu_quartiles.map(|ms| x.place(ms));
+        let color = if front.iter().any(|best| std::ptr::eq(*best, *row)) { FRONT } else { DOT };
+        line(svg, [(low, *cy), (high, *cy)], color);
+        let _ = writeln!(
+            svg,
+            "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" fill=\"{color}\"><title>{}: {:.2} ms, FLIP {:.4}</title></circle>",
+            escaped(&row.variant),
+            row.gpu_ms,
+            row.flip_mean
+        );
+        let label = label_place(&row.variant, (*cx, *cy), &dots, &labels);
+        text(svg, (label.0, label.1 + 4.0), "start", "", &row.variant);
+        labels.push(label);
+    }
+}
+
+/// Where a label is free of dots and of other labels: left end, middle height and width.
+fn label_place(label: &str, (x, y): (f64, f64), dots: &[(f64, f64)], labels: &[(f64, f64, f64)]) -> (f64, f64, f64) {
+    let width = 6.2 * label.chars().count() as f64;
+    let around =
+        [(8.0, 0.0), (-8.0 - width, 0.0), (-0.5 * width, -13.0), (-0.5 * width, 13.0), (8.0, -12.0), (8.0, 12.0)];
+    let places = around.map(|(dx, dy)| (x + dx, y + dy, width));
+    let is_free = |(left, middle, width): &(f64, f64, f64)| {
+        let inside = *left >= -40.0 && left + width <= WIDTH + RIGHT && (4.0..HEIGHT - 4.0).contains(middle);
+        let dot = dots.iter().any(|(x, y)| x + 5.0 > *left && x - 5.0 < left + width && (y - middle).abs() < 9.0);
+        let other = labels.iter().any(|(l, m, w)| l + w > *left && *l < left + width && (m - middle).abs() < 11.0);
+        inside && !dot && !other
+    };
+    places.into_iter().find(is_free).unwrap_or(places[0])
+}
+
+/// The rows that no other row beats or equals in both time and error, by time.
+fn pareto_front<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
+    let mut sorted = rows.to_vec();
+    sorted.sort_by(|a, b| a.gpu_ms.total_cmp(&b.gpu_ms).then(a.flip_mean.total_cmp(&b.flip_mean)));
+    let mut front: Vec<&Row> = Vec::new();
+    for row in sorted {
+        if front.last().is_none_or(|best| row.flip_mean < best.flip_mean) {
+            front.push(row);
+        }
+    }
+    front
+}
+
+/// A linear scale from 0.
+struct Axis {
+    end: f64,
+    step: f64,
+    length: f64,
+}
+
+impl Axis {
+    fn around(values: impl Iterator<Item = f64>, length: f64) -> Self {
+        let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
+        let largest = if largest > 0.0 { largest } else { 1.0 };
+        // Some five ticks at 1, 2 or 5 times a power of ten.
+        let raw = largest / 5.0;
+        let power = 10_f64.powf(raw.log10().floor());
+        let step =
+            [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= raw).unwrap_or(raw);
+        Self { end: 1.08 * largest, step, length }
+    }
+
+    fn place(&self, value: f64) -> f64 {
+        value / self.end * self.length
+    }
+
+    fn ticks(&self) -> Vec<(f64, String)> {
+        let digits = (-self.step.log10().floor()).max(0.0) as usize;
+        let count = (self.end / self.step) as usize;
+        (0..=count).map(|index| index as f64 * self.step).map(|value| (value, format!("{value:.digits$}"))).collect()
+    }
+}
+
+fn line(svg: &mut String, [(x1, y1), (x2, y2)]: [(f64, f64); 2], color: &str) {
+    let _ = writeln!(svg, "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" stroke=\"{color}\"/>");
+}
+
+fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, attributes: &str, content: &str) {
+    let _ = writeln!(
+        svg,
+        "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" {attributes}>{}</text>",
+        escaped(content)
+    );
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::tests::study;
+
+    #[test]
+    fn the_front_leaves_out_what_another_beats() {
+        let study = study();
+        let rows: Vec<&Row> = study.rows.iter().filter(|row| row.scene == "one").collect();
+        let front: Vec<&str> = pareto_front(&rows).iter().map(|row| row.variant.as_str()).collect();
+        assert_eq!(front, ["a, cheap", "b"]);
+    }
+
+    #[test]
+    fn ticks_are_round_and_cover_the_values() {
+        let ticks = |values: &[f64]| Axis::around(values.iter().copied(), 100.0).ticks();
+        let labels = |values: &[f64]| ticks(values).into_iter().map(|tick| tick.1).collect::<Vec<_>>().join(" ");
+        assert_eq!(labels(&[9.5, 3.0]), "0 2 4 6 8 10");
+        assert_eq!(labels(&[0.012]), "0.000 0.005 0.010");
+        assert_eq!(labels(&[f64::NAN]), "0.0 0.2 0.4 0.6 0.8 1.0");
+    }
+
+    #[test]
+    fn the_chart_has_a_panel_for_each_scene_and_a_dot_for_each_row() {
+        let mut study = study();
+        study.rows[0].variant = "<&>".into();
+        let svg = cost_and_error(&study);
+        assert_eq!((svg.matches("<g ").count(), svg.matches("<circle ").count()), (2, 4));
+        assert!(svg.contains("&lt;&amp;&gt;") && !svg.contains("<&>") && !svg.contains("NaN"));
+    }
+}

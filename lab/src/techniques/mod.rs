@@ -1,0 +1,17 @@
+//! The techniques, one module each.
+
+mod antialiasing;
+
+pub use antialiasing::Antialiasing;
+
+use crate::Technique;
+
+/// All techniques, by name.
+pub fn techniques() -> Vec<Box<dyn Technique>> {
+    vec![Box::new(Antialiasing)]
+}
+
+/// A technique by its name.
+pub fn technique(name: &str) -> Option<Box<dyn Technique>> {
+    techniques().into_iter().find(|technique| technique.name() == name)
+}
