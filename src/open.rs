@@ -62,6 +62,13 @@ pub(crate) fn import_options(args: &ReadArgs) -> ImportOptions {
 pub(crate) fn asset(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, Failure> {
     // Said before a format that cannot be guessed from nothing.
     std::fs::metadata(path).map_err(|error| Failure::io(path, "read", &error))?;
+    if SceneFile::is_one(path) {
+        return Err(Failure::new(format_args!(
+            "{}: this needs one asset, and a scene file lists several",
+            path.display()
+        ))
+        .help("`aam view` and `aam render` take scene files"));
+    }
     Ok(aam_convert::import(path, options, progress)?)
 }
 

@@ -299,6 +299,42 @@ fn convert_goes_there_and_back() {
 }
 
 #[test]
+fn convert_options_reach_the_file() {
+    let folder = Folder::new();
+    folder.copy_fixture("crate.glb");
+    folder.aam(&["convert", "crate.glb", "node.aam", "--hierarchy"]).succeeds();
+    assert!(folder.read("node.aam").starts_with(b"AAM_CHARACTER"));
+    folder.write("a.aam", SQUARE);
+    folder.aam(&["convert", "a.aam", "b.aam", "--digits", "3", "--crlf"]).succeeds();
+    let text = String::from_utf8(folder.read("b.aam")).expect("text");
+    assert!(text.contains("-1.000 0.000 -1.000\r\n"), "{text}");
+    folder.aam(&["convert", "a.aam", "c.aam", "--max-file-size", "100"]).fails(2).says("--max-file-size");
+    assert!(!folder.has("c.aam"));
+}
+
+#[test]
+fn convert_adds_layers() {
+    let folder = Folder::new();
+    folder.copy_fixture("crate.glb");
+    let light = image::RgbImage::from_pixel(4, 4, image::Rgb([200, 100, 50]));
+    light.save(folder.path("light.png")).expect("a picture");
+    let add = |more: &[&str]| folder.aam(&[&["convert", "crate.glb", "a.aam", "--force"], more].concat());
+    add(&["--light-map", "Floor Tiles=light.png"]).succeeds();
+    let json = folder.aam(&["info", "a.aam", "--json"]).succeeds().json();
+    let lit = |json: &serde_json::Value| {
+        let materials = json["materials"].as_array().expect("a list").iter();
+        materials.filter(|material| material["layers"][1] == "light.png").count()
+    };
+    assert_eq!(lit(&json), 1, "{json}");
+    add(&["--displacement", "Floor Tiles=light.png", "--tf", "5", "--bias", "-0.1", "--scale", "0.2"]).succeeds();
+    let text = String::from_utf8_lossy(&folder.read("a.aam")).into_owned();
+    assert!(text.contains("TF: 5") && text.contains("BI: -0.1") && text.contains("SC: 0.2"));
+    add(&["--light-map", "Nobody=light.png"]).fails(2).says("Nobody");
+    add(&["--light-map", "nothing.png"]).fails(2).says("nothing.png");
+    add(&["--bias", "1"]).fails(2).says("--displacement");
+}
+
+#[test]
 fn convert_takes_several_files() {
     let folder = Folder::new();
     folder.write("a.aam", SQUARE);
@@ -369,6 +405,61 @@ fn render_writes_where_it_is_told() {
     render(&["-o", "-", "--turntable", "2"]).fails(2);
     render(&["-o", "a.png", "--view", "nobody"]).fails(2).says("front");
     render(&["-o", "a.png", "--camera-position", "1,1,1", "--camera-target", "1,1,1"]).fails(2);
+}
+
+/// Two squares beside each other, the blue one hidden, seen by a camera of the file.
+const SCENE: &str = "\
+active_camera = \"door\"
+
+[background]
+color = [0, 1, 0]
+
+[[asset]]
+path = \"red.aam\"
+position = [-2, 0, 0]
+
+[[asset]]
+path = \"blue.aam\"
+position = [2, 0, 0]
+visible = false
+
+[[light]]
+kind = \"directional\"
+direction = [0, 1, 0]
+
+[[camera]]
+name = \"door\"
+position = [0, -9, 0]
+target = [0, 0, 0]
+up = [0, 0, 1]
+fov_y = 50
+near = 0.1
+far = 100
+";
+
+#[test]
+fn render_takes_scene_files() {
+    let folder = Folder::new();
+    folder.write("red.aam", SQUARE);
+    folder.write("blue.aam", &square("0.1 0.1 0.9"));
+    folder.write("room.scene.toml", SCENE);
+    let render = |more: &[&str]| {
+        let reference = ["render", "room.scene.toml", "-o", "a.png", "--size", "90x60", "--engine", "reference"];
+        folder.aam(&[&reference[..], more].concat())
+    };
+    let done = render(&[]).succeeds();
+    assert!(!done.err.contains("no lights"), "{}", done.err);
+    let picture = folder.picture("a.png").into_rgb8();
+    assert_eq!(picture.get_pixel(2, 2).0, [0, 255, 0]);
+    assert!(picture.get_pixel(30, 30).0[0] > 100, "the red square is left of the middle");
+    assert_eq!(picture.get_pixel(60, 30).0, [0, 255, 0], "the blue square is hidden");
+    render(&["--view", "door", "--background", "white"]).succeeds();
+    assert_eq!(folder.picture("a.png").into_rgb8().get_pixel(2, 2).0, [255, 255, 255]);
+    folder.write("room.scene.toml", &SCENE.replace("red.aam", "green.aam"));
+    render(&[]).fails(2).says("green.aam").says("there is no such file");
+    folder.write("room.scene.toml", &SCENE.replace("color = [0, 1, 0]", "color = \"green\""));
+    render(&[]).fails(2).says("room.scene.toml:4:").says("expected");
+    folder.aam(&["info", "room.scene.toml"]).fails(2).says("aam view");
 }
 
 #[test]

@@ -302,6 +302,28 @@ fn a_file_that_changes_is_shown_again() {
 }
 
 #[test]
+fn changes_are_saved_to_a_scene_file() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("square.aam"), square("0.9 0.1 0.1")).expect("written");
+    let mut window = display.view(folder.path(), "square.aam");
+    wait("a red square", || is_reddish(&display.scene()).then_some(()));
+    window.changed_by("hiding the square", || {
+        display.xdotool(&["mousemove", "208", "77", "click", "1"]);
+    });
+    assert!(!is_reddish(&display.scene()));
+    window.key("q");
+    std::thread::sleep(Duration::from_millis(700));
+    assert!(window.is_alive(), "unsaved changes ask once");
+    window.key("ctrl+s");
+    let saved = folder.path().join("square.scene.toml");
+    let text = wait("the scene file", || fs::read_to_string(&saved).ok());
+    assert!(text.contains("square.aam") && text.contains("visible = false") && text.contains("[[camera]]"), "{text}");
+    window.key("q");
+    window.ends_with(0);
+}
+
+#[test]
 fn resizing_and_hiding_do_no_harm() {
     let Some(display) = Display::start() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -478,10 +478,10 @@ impl Model {
 
     /// The window's title.
     pub(crate) fn title(&self) -> String {
-        let mark = if self.unsaved { "• " } else { "" };
+        let mark = if self.unsaved { "* " } else { "" };
         match (&self.path, self.loading()) {
-            (_, Some((path, _))) => format!("{} … – aam", file_name(path)),
-            (Some(path), None) => format!("{mark}{} – aam", file_name(path)),
+            (_, Some((path, _))) => format!("{} ... - aam", file_name(path)),
+            (Some(path), None) => format!("{mark}{} - aam", file_name(path)),
             (None, None) => "aam".into(),
         }
     }

@@ -2,7 +2,11 @@
 
 use super::theme;
 
-const KEYS: [(&str, &[(&str, &str)]); 4] = [
+/// A heading, and keys with what they do.
+type Group = (&'static str, &'static [(&'static str, &'static str)]);
+
+/// Two groups for each of two columns.
+const KEYS: [Group; 4] = [
     (
         "Look",
         &[
@@ -16,6 +20,7 @@ const KEYS: [(&str, &[(&str, &str)]); 4] = [
             ("O", "perspective or orthographic"),
         ],
     ),
+    ("Time", &[("Space", "play or pause"), (",  .", "one frame back or on")]),
     (
         "Show",
         &[
@@ -27,12 +32,11 @@ const KEYS: [(&str, &[(&str, &str)]); 4] = [
             ("T", "panels"),
         ],
     ),
-    ("Time", &[("Space", "play or pause"), (",  .", "one frame back or on")]),
     (
         "File",
         &[
-            ("Ctrl S", "save lights, background and visibility to the scene file"),
-            ("P, F12", "picture as PNG into the current folder"),
+            ("Ctrl S", "save lights, background, visibility and view"),
+            ("P, F12", "picture as PNG into this folder"),
             ("R", "read the file again"),
             ("Drop a file", "open it"),
             ("H, F1", "this list"),
@@ -49,19 +53,31 @@ pub(crate) fn show(context: &egui::Context, open: &mut bool) {
         .resizable(false)
         .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(context, |ui| {
-            egui::Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
-                for (index, (group, keys)) in KEYS.iter().enumerate() {
-                    if index > 0 {
-                        ui.end_row();
+            ui.set_max_width(ui.ctx().content_rect().width() - 60.0);
+            egui::ScrollArea::both().max_height(ui.ctx().content_rect().height() - 90.0).show(ui, |ui| {
+                ui.horizontal_top(|ui| {
+                    for (side, groups) in KEYS.chunks(2).enumerate() {
+                        ui.vertical(|ui| column(ui, side, groups));
+                        ui.add_space(18.0);
                     }
-                    ui.label(egui::RichText::new(*group).heading().color(theme::ACCENT));
-                    ui.end_row();
-                    for (key, meaning) in *keys {
-                        ui.monospace(*key);
-                        ui.label(*meaning);
-                        ui.end_row();
-                    }
-                }
+                });
             });
         });
+}
+
+fn column(ui: &mut egui::Ui, side: usize, groups: &[Group]) {
+    egui::Grid::new(("keys", side)).num_columns(2).spacing([16.0, 4.0]).show(ui, |ui| {
+        for (index, (group, keys)) in groups.iter().enumerate() {
+            if index > 0 {
+                ui.end_row();
+            }
+            ui.label(egui::RichText::new(*group).heading().color(theme::ACCENT));
+            ui.end_row();
+            for (key, meaning) in *keys {
+                ui.monospace(*key);
+                ui.label(*meaning);
+                ui.end_row();
+            }
+        }
+    });
 }

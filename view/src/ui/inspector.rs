@@ -36,7 +36,7 @@ pub(crate) fn show(ui: &mut egui::Ui, scene: &Scene, selected: Option<NodeId>, t
     let Some((node_id, node)) = selected.and_then(|id| Some((id, scene.nodes.get(id.index())?))) else {
         ui.label(theme::weak(format!("All materials ({})", scene.materials.len())));
         for index in 0..scene.materials.len() {
-            material(ui, scene, MaterialId(index as u32), false, thumbnails);
+            material(ui, scene, MaterialId(index as u32), None, thumbnails);
         }
         return;
     };
@@ -83,14 +83,17 @@ pub(crate) fn show(ui: &mut egui::Ui, scene: &Scene, selected: Option<NodeId>, t
     used.dedup();
     ui.add_space(6.0);
     for id in &used {
-        material(ui, scene, *id, used.len() <= 3, thumbnails);
+        material(ui, scene, *id, Some((node_id, used.len() <= 3)), thumbnails);
     }
 }
 
-fn material(ui: &mut egui::Ui, scene: &Scene, id: MaterialId, open: bool, thumbnails: &mut Thumbnails) {
+/// `of` is the object that is looked at, and whether its materials are open at first.
+fn material(ui: &mut egui::Ui, scene: &Scene, id: MaterialId, of: Option<(NodeId, bool)>, thumbnails: &mut Thumbnails) {
     let Some(material) = scene.materials.get(id.index()) else { return };
     let name = if material.name.is_empty() { format!("material {}", id.0) } else { material.name.clone() };
-    let header = egui::CollapsingHeader::new(name).id_salt(("material", id.0)).default_open(open);
+    let header = egui::CollapsingHeader::new(name)
+        .id_salt(("material", id.0, of.map(|(node, _)| node.0)))
+        .default_open(of.is_some_and(|(_, open)| open));
     header.show(ui, |ui| {
         egui::Grid::new(("colours", id.0)).num_columns(2).spacing([14.0, 3.0]).show(ui, |ui| {
             colors(ui, material);
