@@ -61,7 +61,8 @@ fn check_single(part: Part, subject: &str, single: &SingleMaterial, findings: &m
         findings.add(part, subject, "material/transparency-range", format!("Tr is {}", single.transparency));
     }
     // Above 128 an exponent can only be written as itself.
-    if !unit(&single.shininess) && !(single.shininess > 128.0 && single.shininess.is_finite()) {
+    let plain_exponent = single.shininess > 128.0 && single.shininess.is_finite();
+    if !(unit(&single.shininess) || plain_exponent) {
         let reading = if single.shininess > 1.0 { "taken as the exponent itself" } else { "taken as no highlight" };
         findings.add(part, subject, "material/shininess", format!("Sh is {}, {reading}", single.shininess));
     }

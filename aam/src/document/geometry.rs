@@ -66,7 +66,7 @@ pub struct Object {
     pub parent: i32,
     /// `Piv: Mir: TM:` (characters and avatars).
     pub node: Option<NodeTransform>,
-    /// `MatID:`, a position in [`Document::materials`], or -1.
+    /// `MatID:`, a position in [`super::Document::materials`], or -1.
     pub material: i32,
     /// `UserProp:`.
     pub user_properties: Option<Text>,
