@@ -37,6 +37,14 @@ impl Text {
     }
 }
 
+/// Bytes without the blanks and tabs at their ends. A form feed is text here, though white space to most.
+pub(crate) fn trim_blanks(mut bytes: &[u8]) -> &[u8] {
+    while let [b' ' | b'\t', inner @ ..] | [inner @ .., b' ' | b'\t'] = bytes {
+        bytes = inner;
+    }
+    bytes
+}
+
 impl From<&str> for Text {
     fn from(text: &str) -> Self {
         Self(text.as_bytes().into())

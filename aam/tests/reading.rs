@@ -277,6 +277,13 @@ fn names_keep_their_bytes() {
 }
 
 #[test]
+fn a_form_feed_is_part_of_a_word() {
+    let document = accept(changed("Fi: PYRAMIDAL", "Fi: \u{c}YRAMIDAL").as_bytes()).document;
+    let again = write(&document, &WriteOptions::default()).expect("writable");
+    assert_eq!(accept(&again).document, document);
+}
+
+#[test]
 fn rows_broken_over_lines_are_read_as_numbers() {
     let source = changed(
         "\tMatID: -1",

@@ -21,7 +21,7 @@ fn same(a: &Document, b: &Document) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn written_documents_read_back(bytes in prop::collection::vec(any::<u8>(), 0..1500)) {

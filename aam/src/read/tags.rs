@@ -7,6 +7,7 @@ use super::fault::{Fault, Parsed, Rest};
 use super::number::{integer, is_space, real, skip_space};
 use crate::Text;
 use crate::document::Unknown;
+use crate::text::trim_blanks;
 
 /// The next word (up to white space), after any white space.
 pub(crate) fn peek_word(rest: Rest<'_>) -> &[u8] {
@@ -114,7 +115,7 @@ pub(crate) fn text(rest: Rest<'_>) -> Parsed<'_, Text> {
 /// The rest of the line without blanks at its ends, and what follows before the line end.
 pub(crate) fn line(rest: Rest<'_>) -> (Rest<'_>, &[u8]) {
     let end = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-    (&rest[end..], rest[..end].trim_ascii())
+    (&rest[end..], trim_blanks(&rest[..end]))
 }
 
 /// One word on this line.

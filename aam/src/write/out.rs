@@ -3,6 +3,7 @@
 use super::{WriteError, WriteOptions};
 use crate::Text;
 use crate::document::Unknown;
+use crate::text::trim_blanks;
 
 /// The bytes written so far.
 pub(crate) struct Out {
@@ -76,7 +77,7 @@ impl Out {
     /// Text that must stay on its line.
     pub(crate) fn free_text(&mut self, subject: &str, text: &Text) {
         let bytes = text.bytes();
-        if memchr::memchr2(b'\n', b'\r', bytes).is_some() || bytes.trim_ascii().len() != bytes.len() {
+        if memchr::memchr2(b'\n', b'\r', bytes).is_some() || trim_blanks(bytes).len() != bytes.len() {
             self.refuse(subject, format!("{text:?} has line ends in it or blanks at its ends"));
         }
         self.raw(bytes);
@@ -84,7 +85,7 @@ impl Out {
 
     /// A tag with one word.
     pub(crate) fn word(&mut self, depth: usize, tag: &str, word: &Text) {
-        if word.is_empty() || word.bytes().iter().any(u8::is_ascii_whitespace) {
+        if word.is_empty() || word.bytes().iter().any(|byte| b" \t\r\n".contains(byte)) {
             self.refuse(tag, format!("{word:?} is not one word"));
         }
         self.text(depth, tag, word);

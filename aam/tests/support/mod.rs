@@ -54,7 +54,10 @@ impl Choices<'_> {
                 byte => byte,
             })
             .collect();
-        Text::from(bytes.trim_ascii())
+        let blank = |byte: &u8| matches!(byte, b' ' | b'\t');
+        let start = bytes.iter().position(|byte| !blank(byte)).unwrap_or(bytes.len());
+        let end = bytes.iter().rposition(|byte| !blank(byte)).map_or(start, |last| last + 1);
+        Text::from(&bytes[start..end])
     }
 
     fn word(&mut self) -> Text {
