@@ -73,7 +73,10 @@ pub(crate) fn background(text: &str) -> Result<Background, String> {
     {
         match digits.len() {
             6 => return Ok(hex(value)),
-            3 => return Ok(hex(((value >> 8) * 0x11) << 16 | ((value >> 4 & 0xf) * 0x11) << 8 | (value & 0xf) * 0x11)),
+            3 => {
+                let double = |shift: u32| ((value >> shift) & 0xf) * 0x11;
+                return Ok(hex((double(8) << 16) | (double(4) << 8) | double(0)));
+            }
             _ => {}
         }
     }

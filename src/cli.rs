@@ -153,13 +153,13 @@ pub(crate) struct TextureArgs {
     /// Add a displacement map; --tf, --bias and --scale say how it is applied
     #[arg(long, value_name = "[MATERIAL=]FILE", value_parser = args::texture_for)]
     pub(crate) displacement: Vec<TextureFor>,
-    /// Parts that displacement cuts each edge into (TF)
+    /// Parts that displacement cuts each edge into (TF); without it 8
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), requires = "displacement")]
     pub(crate) tf: Option<u32>,
-    /// Displacement where the map is black (BI), in object units
+    /// Displacement where the map is black (BI), in object units; without it 0
     #[arg(long, value_name = "F", value_parser = args::number, allow_hyphen_values = true, requires = "displacement")]
     pub(crate) bias: Option<f32>,
-    /// Added displacement where the map is white (SC), in object units
+    /// Added displacement where the map is white (SC), in object units; without it 1
     #[arg(long, value_name = "F", value_parser = args::number, allow_hyphen_values = true, requires = "displacement")]
     pub(crate) scale: Option<f32>,
 }
@@ -170,22 +170,22 @@ pub(crate) struct PhysicsArgs {
     /// Give every object a body
     #[arg(long, value_name = "MODE")]
     pub(crate) physics: Option<BodyMode>,
-    /// Mass of each dynamic body in kilograms
+    /// Mass of all dynamic bodies together in kilograms, shared out by volume
     #[arg(long, value_name = "KG", value_parser = args::positive, requires = "physics", conflicts_with = "density")]
     pub(crate) mass: Option<f32>,
-    /// Mass from the volume, in kilograms per cubic metre
+    /// Mass from the volume, in kilograms per cubic metre; without both that of water, 1000
     #[arg(long, value_name = "KG/M3", value_parser = args::positive, requires = "physics")]
     pub(crate) density: Option<f32>,
-    /// Static friction
+    /// Static friction; without it 0.5
     #[arg(long, value_name = "F", value_parser = args::not_negative, requires = "physics")]
     pub(crate) static_friction: Option<f32>,
-    /// Dynamic friction
+    /// Dynamic friction; without it 0.5
     #[arg(long, value_name = "F", value_parser = args::not_negative, requires = "physics")]
     pub(crate) dynamic_friction: Option<f32>,
-    /// Restitution, from 0 to 1
+    /// Restitution, from 0 (the default) to 1
     #[arg(long, value_name = "F", value_parser = args::fraction, requires = "physics")]
     pub(crate) restitution: Option<f32>,
-    /// At most this many convex hulls for each object
+    /// At most this many convex hulls for each object; without it 64
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), requires = "physics")]
     pub(crate) hulls: Option<u32>,
     /// Stop splitting once the hulls are this close to the surface, as a fraction of the object's diagonal

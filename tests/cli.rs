@@ -334,6 +334,42 @@ fn convert_adds_layers() {
     add(&["--bias", "1"]).fails(2).says("--displacement");
 }
 
+/// A box, one metre wide and deep, as an object of an OBJ file that already holds `before` of them.
+fn block(name: &str, before: usize, height: f32) -> String {
+    let mut text = format!("o {name}\n");
+    for corner in 0..8 {
+        let [x, y, z] = [1, 2, 4].map(|bit| u8::from(corner & bit != 0));
+        text += &format!("v {x} {} {z}\n", f32::from(y) * height);
+    }
+    for face in [[1, 5, 7, 3], [2, 4, 8, 6], [1, 2, 6, 5], [3, 7, 8, 4], [1, 3, 4, 2], [5, 6, 8, 7]] {
+        let [a, b, c, d] = face.map(|corner| corner + 8 * before);
+        text += &format!("f {a} {b} {c} {d}\n");
+    }
+    text
+}
+
+#[test]
+fn convert_makes_bodies() {
+    let folder = Folder::new();
+    folder.write("blocks.obj", &[block("low", 0, 1.0), block("high", 1, 2.0)].concat());
+    let convert = |more: &[&str]| {
+        folder.aam(&[&["convert", "blocks.obj", "a.aam"], more].concat()).succeeds();
+        folder.aam(&["info", "a.aam", "--json"]).succeeds().json()
+    };
+    let json = convert(&["--physics", "dynamic", "--mass", "6", "--hulls", "3", "--restitution", "0.25"]);
+    assert_eq!(json["bodies"], serde_json::json!([0, 0, 2]));
+    let text = String::from_utf8_lossy(&folder.read("a.aam")).into_owned();
+    let numbers = |tag: &str| -> Vec<f64> {
+        text.lines().filter_map(|line| line.trim().strip_prefix(tag)?.trim().parse().ok()).collect()
+    };
+    // The second block has twice the volume of the first.
+    assert!(numbers("Ma:").iter().zip([2.0, 4.0]).all(|(mass, wanted)| (mass - wanted).abs() < 1e-3), "{text}");
+    assert_eq!((numbers("NConvex:"), numbers("Re:")), (vec![1.0, 1.0], vec![0.25, 0.25]));
+    folder.aam(&["check", "a.aam"]).succeeds();
+    let json = convert(&["--physics", "static"]);
+    assert_eq!(json["bodies"], serde_json::json!([2, 0, 0]));
+}
+
 #[test]
 fn convert_takes_several_files() {
     let folder = Folder::new();

@@ -5,13 +5,14 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use aam::WriteOptions;
-use aam::document::{Encoding, Layer};
+use aam::document::{self, Encoding, Layer};
 use aam_convert::authoring::AddedLayer;
+use aam_convert::physics::PhysicsOptions;
 use aam_convert::{Change, ConvertOptions, Converted, ExportOptions, Format, ImportOptions, Outcome, Report};
 use aam_scene::Up;
 use serde::Serialize;
 
-use crate::cli::{Axis, ConvertArgs};
+use crate::cli::{Axis, BodyMode, ConvertArgs};
 use crate::failure::Failure;
 use crate::progress::Bar;
 use crate::terminal::{BOLD, DIM, GREEN, RED, Terminal, YELLOW, styled};
@@ -164,7 +165,25 @@ fn options(args: &ConvertArgs) -> ConvertOptions {
         Axis::Z => Up::Z,
     });
     let export = ExportOptions { write, original: args.write.original, up, overwrite: args.force };
-    ConvertOptions { import, layers: layers(args), export }
+    ConvertOptions { import, layers: layers(args), physics: physics(args), export }
+}
+
+/// Bodies for the objects.
+fn physics(args: &ConvertArgs) -> Option<PhysicsOptions> {
+    let given = &args.physics;
+    let mut options = PhysicsOptions::new(match given.physics? {
+        BodyMode::Static => document::BodyMode::Static,
+        BodyMode::Kinematic => document::BodyMode::Kinematic,
+        BodyMode::Dynamic => document::BodyMode::Dynamic,
+    });
+    options.mass = given.mass;
+    options.density = given.density;
+    options.static_friction = given.static_friction.unwrap_or(options.static_friction);
+    options.dynamic_friction = given.dynamic_friction.unwrap_or(options.dynamic_friction);
+    options.restitution = given.restitution.unwrap_or(options.restitution);
+    options.hulls.max_hulls = given.hulls.map_or(options.hulls.max_hulls, |count| count as usize);
+    options.hulls.max_error = given.max_error;
+    Some(options)
 }
 
 /// Layers that the input lacks.
