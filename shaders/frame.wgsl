@@ -6,22 +6,26 @@ struct Frame {
     clip_from_relative: mat4x4f,
     // World position of the eye.
     eye: vec3f,
-    // 1 for a perspective camera, 0 for an orthographic one.
-    perspective: f32,
-    // The opposite of the viewing direction for an orthographic camera, 0 for a perspective one.
-    parallel_view: vec3f,
     // Length of overlay normals in metres.
     normal_length: f32,
+    // The opposite of the viewing direction.
+    backwards: vec3f,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
+
+// The camera is orthographic.
+override PARALLEL: bool = false;
 
 // The unit vector of v; 0 for 0.
 fn unit(v: vec3f) -> vec3f {
     return v * inverseSqrt(max(dot(v, v), 1e-30));
 }
 
-// The unit vector from an eye-relative position towards the eye.
+// The unit vector from an eye-relative position towards the eye, which is never reached.
 fn towards_eye(position: vec3f) -> vec3f {
-    return unit(frame.parallel_view - frame.perspective * position);
+    if (PARALLEL) {
+        return frame.backwards;
+    }
+    return normalize(-position);
 }

@@ -1,22 +1,19 @@
 // A material's parameters (decoded already in linear mode) and texture layers.
 
-struct TextureMatrix {
-    // Rows applied to (u, v, 1); they give coordinates with v = 0 at the top.
-    u: vec4f,
-    v: vec4f,
-}
-
 struct Material {
-    emission: vec3f,
+    // What does not depend on any light's direction: emission, and ambient light unless there is a light map.
+    constant: vec3f,
     opacity: f32,
-    ambient: vec3f,
-    alpha_cutoff: f32,
     diffuse: vec3f,
     exponent: f32,
     specular: vec3f,
+    alpha_cutoff: f32,
+    // Rows of texture matrices, applied to (u, v, 1). They give coordinates with v = 0 at the top.
+    base_u: vec3f,
+    base_v: vec3f,
+    second_u: vec3f,
     normal_intensity: f32,
-    base_matrix: TextureMatrix,
-    second_matrix: TextureMatrix,
+    second_v: vec3f,
 }
 
 @group(1) @binding(0) var<uniform> material: Material;
@@ -32,8 +29,3 @@ struct Material {
 // The light map or the normal map: a surface has one of them at most.
 @group(1) @binding(3) var second_map: texture_2d<f32>;
 #endif
-
-fn texture_coordinates(m: TextureMatrix, uv: vec2f) -> vec2f {
-    let p = vec3f(uv, 1.0);
-    return vec2f(dot(m.u.xyz, p), dot(m.v.xyz, p));
-}

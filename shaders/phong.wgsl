@@ -29,28 +29,22 @@ fn phong(position: vec3f, normal: vec3f) -> vec3f {
 #else
     let view = vec3f(0.0);
 #endif
-    var sum = material.emission + material.ambient * lights.ambient;
-#if POINT_LIGHTS
-    for (var i = 0u; i < lights.point_end; i++) {
-        let offset = lights.list[i].place - position;
-        let factor = falloff(lights.list[i], dot(offset, offset));
-        sum += reflected(lights.list[i], unit(offset), factor, normal, view);
+    var sum = material.constant;
+    for (var i = 0u; i < POINT_END; i++) {
+        let offset = lights[i].place - position;
+        let factor = falloff(lights[i], dot(offset, offset));
+        sum += reflected(lights[i], unit(offset), factor, normal, view);
     }
-#endif
-#if DIRECTIONAL_LIGHTS
-    for (var i = lights.point_end; i < lights.directional_end; i++) {
-        sum += reflected(lights.list[i], lights.list[i].place, 1.0, normal, view);
+    for (var i = POINT_END; i < DIRECTIONAL_END; i++) {
+        sum += reflected(lights[i], lights[i].place, 1.0, normal, view);
     }
-#endif
-#if SPOT_LIGHTS
-    for (var i = lights.directional_end; i < lights.spot_end; i++) {
-        let offset = lights.list[i].place - position;
+    for (var i = DIRECTIONAL_END; i < SPOT_END; i++) {
+        let offset = lights[i].place - position;
         let towards = unit(offset);
-        let cosine = dot(-towards, lights.list[i].direction);
-        let cone = saturate((cosine - lights.list[i].cone_outer) * lights.list[i].cone_scale);
-        let factor = falloff(lights.list[i], dot(offset, offset)) * cone * cone;
-        sum += reflected(lights.list[i], towards, factor, normal, view);
+        let cosine = dot(-towards, lights[i].direction);
+        let cone = saturate((cosine - lights[i].cone_outer) * lights[i].cone_scale);
+        let factor = falloff(lights[i], dot(offset, offset)) * cone * cone;
+        sum += reflected(lights[i], towards, factor, normal, view);
     }
-#endif
     return sum;
 }

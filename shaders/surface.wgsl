@@ -7,9 +7,6 @@
 #if LIT
 #import phong
 #endif
-#if FLAT
-#import lights
-#endif
 
 struct VertexInput {
     @location(0) position: vec3f,
@@ -89,10 +86,10 @@ fn vertex(in: VertexInput, node: NodeInput) -> Varyings {
 #endif
 #endif
 #if BASE_UV
-    out.base_uv = texture_coordinates(material.base_matrix, in.base_uv);
+    out.base_uv = vec2f(dot(material.base_u, vec3f(in.base_uv, 1.0)), dot(material.base_v, vec3f(in.base_uv, 1.0)));
 #endif
 #if SECOND_MAP
-    out.second_uv = texture_coordinates(material.second_matrix, in.second_uv);
+    out.second_uv = vec2f(dot(material.second_u, vec3f(in.second_uv, 1.0)), dot(material.second_v, vec3f(in.second_uv, 1.0)));
 #endif
     return out;
 }
@@ -109,11 +106,11 @@ fn shading_normal(in: Varyings, front: bool) -> vec3f {
 #else
     let n = texel;
 #endif
-    let normal = unit(n.x * in.normal_x + n.y * in.normal_y + n.z * in.normal_z);
+    let normal = n.x * in.normal_x + n.y * in.normal_y + n.z * in.normal_z;
 #else
-    let normal = unit(in.normal);
+    let normal = in.normal;
 #endif
-    return select(-normal, normal, front);
+    return normal * (inverseSqrt(max(dot(normal, normal), 1e-30)) * select(-1.0, 1.0, front));
 }
 #endif
 
@@ -132,10 +129,10 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     color = phong(in.position, shading_normal(in, front));
 #endif
 #if LIGHT_MAPPED
-    color = material.emission + material.diffuse * textureSample(second_map, layer_sampler, in.second_uv).rgb;
+    color = material.constant + material.diffuse * textureSample(second_map, layer_sampler, in.second_uv).rgb;
 #endif
 #if FLAT
-    color = material.emission + material.ambient * lights.ambient;
+    color = material.constant;
 #endif
 #if SHOW_NORMAL
     color = 0.5 * shading_normal(in, front) + 0.5;

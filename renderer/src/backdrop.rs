@@ -55,7 +55,7 @@ impl Renderer {
         let name = "background picture";
         let texture = self.textures.ensure(uploader, image, name, meaning, self.picture, warnings)?;
         let encode = !linear && matches!(image.pixels, Pixels::RgbF32(_));
-        let key = PipelineKey { program: Program::Background { encode }, pass, mirrored: false, lines: false };
+        let key = PipelineKey::new(Program::Background { encode }, pass);
         self.pipelines.ensure(&self.gpu, key)?;
         let device = self.gpu.device();
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {

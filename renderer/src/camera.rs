@@ -12,9 +12,9 @@ use crate::RenderError;
 pub(crate) struct FrameUniform {
     clip_from_relative: Mat4,
     pub eye: Vec3,
-    perspective: f32,
-    parallel_view: Vec3,
     normal_length: f32,
+    backwards: Vec3,
+    padding: f32,
 }
 
 impl FrameUniform {
@@ -27,11 +27,13 @@ impl FrameUniform {
         let mut rotation = camera.view().as_dmat4();
         rotation.w_axis = DVec4::W;
         let clip = reversed_projection(camera, f64::from(view.aspect())) * rotation;
-        let (perspective, parallel_view) = match camera.projection {
-            Projection::Perspective { .. } => (1.0, Vec3::ZERO),
-            Projection::Orthographic { .. } => (0.0, -view_direction(camera)),
-        };
-        Ok(Self { clip_from_relative: clip.as_mat4(), eye: camera.position, perspective, parallel_view, normal_length })
+        Ok(Self {
+            clip_from_relative: clip.as_mat4(),
+            eye: camera.position,
+            normal_length,
+            backwards: -view_direction(camera),
+            padding: 0.0,
+        })
     }
 }
 

@@ -11,8 +11,8 @@ use glam::{Affine3A, DMat3, Vec3};
 use crate::materials::{GpuMaterial, MaterialSlot, MaterialTable, opacity};
 use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
-use crate::pipelines::{Pipelines, Slot, surface_slots};
-use crate::shader::{AlphaMode, ColorSource, LightKinds, NormalSource, Surface, Variant};
+use crate::pipelines::{Constants, PassFormat, PipelineKey, Pipelines, Slot, surface_slots};
+use crate::shader::{AlphaMode, ColorSource, NormalSource, Program, Surface, Variant};
 use crate::textures::{TextureKey, TextureTable};
 use crate::upload::Uploader;
 use crate::{RenderError, Show};
@@ -65,6 +65,15 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
+    /// The pipeline that draws it.
+    pub(crate) fn pipeline(&self, pass: PassFormat, constants: Constants) -> PipelineKey {
+        PipelineKey {
+            mirrored: self.mirrored,
+            constants: constants.read_by(&self.variant),
+            ..PipelineKey::new(Program::Surface(self.variant), pass)
+        }
+    }
+
     /// Its vertex streams in the order of the pipeline's buffers.
     pub(crate) fn streams(&self) -> impl Iterator<Item = Stream> + use<> {
         streams(&self.variant, self.uv_layers)
@@ -111,7 +120,12 @@ pub(crate) struct DrawList {
 pub(crate) struct Mode {
     pub show: Show,
     pub linear: bool,
-    pub lights: LightKinds,
+    /// Some light has a direction.
+    pub lit: bool,
+    /// Some light weakens with distance.
+    pub falloff: bool,
+    /// Sum of the lights' ambient colours.
+    pub ambient_light: Vec3,
     pub anisotropy: u16,
     /// Animation frame.
     pub animation_frame: usize,
@@ -300,12 +314,12 @@ fn resolve(
             if alpha.blend && opacity == 0.0 {
                 return Ok(None);
             }
-            let parameters = GpuMaterial::new(material, mode.linear, None, None);
+            let parameters = GpuMaterial::new(material, mode.linear, Vec3::ZERO, None, None);
             let specular = parameters.specular != Vec3::ZERO;
             let surface = if light_map.is_some() {
                 Surface::LightMapped
-            } else if mode.lights.any() && (specular || parameters.diffuse != Vec3::ZERO) {
-                Surface::Lit { normal, specular, lights: mode.lights }
+            } else if mode.lit && (specular || parameters.diffuse != Vec3::ZERO) {
+                Surface::Lit { normal, specular, falloff: mode.falloff }
             } else {
                 Surface::Flat
             };
@@ -329,7 +343,8 @@ fn resolve(
         },
         Show::Normals => (Variant::show(Surface::ShowNormal(normal)), None, normal_texture),
         Show::Uvs(which) if traits.uvs[which as usize] => {
-            let parameters = GpuMaterial::new(material, false, material.layers[which as usize].as_ref(), None);
+            let parameters =
+                GpuMaterial::new(material, false, Vec3::ZERO, material.layers[which as usize].as_ref(), None);
             let slot = ensure_material(tables, uploader, &parameters, None, None, mode)?;
             let variant = Variant::show(Surface::ShowUv);
             return Ok(Some(Look { variant, uv_layers: [which as u8, 0], slot }));
@@ -345,7 +360,9 @@ fn resolve(
         }
     }
     let used = |source: &Option<((&TextureLayer, _, _), _, Layer)>| source.as_ref().map(|((used, ..), ..)| **used);
-    let parameters = GpuMaterial::new(material, mode.linear, used(&base).as_ref(), used(&second).as_ref());
+    let ambient_light = if variant.surface == Surface::LightMapped { Vec3::ZERO } else { mode.ambient_light };
+    let (base_layer, second_layer) = (used(&base), used(&second));
+    let parameters = GpuMaterial::new(material, mode.linear, ambient_light, base_layer.as_ref(), second_layer.as_ref());
     let slot = ensure_material(tables, uploader, &parameters, textures[0], textures[1], mode)?;
     let uv_layers = [&base, &second].map(|source| source.as_ref().map_or(0, |(_, _, which)| *which as u8));
     Ok(Some(Look { variant, uv_layers, slot }))

@@ -9,8 +9,8 @@ use crate::draws::{Batch, DrawList, mesh_of};
 use crate::materials::{MaterialSlot, MaterialTable};
 use crate::meshes::MeshTable;
 use crate::overlay::{OverlayDraw, OverlayKind};
-use crate::pipelines::{PassFormat, PipelineKey, Pipelines};
-use crate::shader::{Program, Variant};
+use crate::pipelines::{Constants, PassFormat, PipelineKey, Pipelines};
+use crate::shader::Variant;
 use crate::sort::Sorted;
 
 /// Where everything that a pass draws with is.
@@ -25,6 +25,7 @@ pub(crate) struct Sources<'a> {
     pub sorted: &'a Sorted,
     pub sorted_indices: Option<&'a wgpu::Buffer>,
     pub format: PassFormat,
+    pub constants: Constants,
 }
 
 /// Records into a pass, and changes only the state that differs.
@@ -117,12 +118,7 @@ impl<'a> Recorder<'a> {
 
     /// Sets everything that a batch is drawn with; false if something is missing.
     fn prepare(&mut self, pass: &mut wgpu::RenderPass<'_>, batch: &Batch, indices: IndexSource) -> bool {
-        let key = PipelineKey {
-            program: Program::Surface(batch.variant),
-            pass: self.from.format,
-            mirrored: batch.mirrored,
-            lines: false,
-        };
+        let key = batch.pipeline(self.from.format, self.from.constants);
         let mesh = self.from.meshes.get(mesh_of(self.from.scene, batch));
         let material = self.from.materials.bind_group(batch.material);
         let (Some(mesh), Some(material), Some(instances)) = (mesh, material, self.from.instances) else {

@@ -7,7 +7,7 @@ use crate::draws::DrawList;
 use crate::encode::{Recorder, Sources};
 use crate::materials::bind;
 use crate::overlay::OverlayDraw;
-use crate::pipelines::{DEPTH_FORMAT, PassFormat, PipelineKey};
+use crate::pipelines::{Constants, DEPTH_FORMAT, PassFormat, PipelineKey};
 use crate::shader::Program;
 use crate::targets::TargetKey;
 use crate::timing::{Stamps, Timing};
@@ -20,6 +20,7 @@ pub(crate) struct Frame {
     pub overlays: Vec<OverlayDraw>,
     pub backdrop: Backdrop,
     pub format: PassFormat,
+    pub constants: Constants,
     /// Drawn into the target itself.
     pub direct: bool,
     /// Drawn in linear light.
@@ -50,9 +51,7 @@ impl Renderer {
     /// Builds the pipelines that are not there yet.
     pub(crate) fn build_pipelines(&mut self, frame: &Frame) -> Result<(), RenderError> {
         for batch in frame.list.opaque.iter().chain(&frame.list.blended) {
-            let program = Program::Surface(batch.variant);
-            let key = PipelineKey { program, pass: frame.format, mirrored: batch.mirrored, lines: false };
-            self.pipelines.ensure(&self.gpu, key)?;
+            self.pipelines.ensure(&self.gpu, batch.pipeline(frame.format, frame.constants))?;
         }
         frame.overlays.iter().try_for_each(|draw| self.pipelines.ensure(&self.gpu, draw.pipeline))
     }
@@ -182,6 +181,7 @@ impl Renderer {
             sorted: &self.sorted,
             sorted_indices: self.sorted_indices.get(),
             format: frame.format,
+            constants: frame.constants,
         };
         let mut recorder = Recorder::new(sources, stats);
         recorder.opaque(&mut pass);
@@ -211,7 +211,7 @@ impl Renderer {
             premultiply: target.alpha == Alpha::Premultiplied,
         };
         let pass = PassFormat { color: target.format, samples: 1, depth: false };
-        let key = PipelineKey { program, pass, mirrored: false, lines: false };
+        let key = PipelineKey::new(program, pass);
         self.pipelines.ensure(&self.gpu, key)?;
         let group = self.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("present"),

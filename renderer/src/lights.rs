@@ -5,7 +5,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::RenderError;
-use crate::shader::LightKinds;
 
 /// Most lights that a frame can have.
 pub const MAX_LIGHTS: usize = 64;
@@ -13,7 +12,7 @@ pub const MAX_LIGHTS: usize = 64;
 /// `Light` in `shaders/lights.wgsl`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-struct GpuLight {
+pub(crate) struct GpuLight {
     diffuse: Vec3,
     inverse_square: f32,
     specular: Vec3,
@@ -24,26 +23,36 @@ struct GpuLight {
     padding: f32,
 }
 
-/// `Lights` in `shaders/lights.wgsl`.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-pub(crate) struct GpuLights {
-    ambient: Vec3,
-    point_end: u32,
-    directional_end: u32,
-    spot_end: u32,
-    padding: [u32; 2],
-    list: [GpuLight; MAX_LIGHTS],
+/// `lights` in `shaders/lights.wgsl`.
+pub(crate) type GpuLights = [GpuLight; MAX_LIGHTS];
+
+/// Where each kind of light ends in the list, which begins with point lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct LightEnds {
+    pub point: u32,
+    pub directional: u32,
+    pub spot: u32,
+}
+
+/// A scene's lights as the shaders see them.
+#[derive(Clone, Debug)]
+pub(crate) struct PackedLights {
+    pub list: GpuLights,
+    pub ends: LightEnds,
+    /// Some weaken with distance.
+    pub falloff: bool,
+    /// Sum of all ambient colours.
+    pub ambient: Vec3,
 }
 
 /// Packs a scene's lights, relative to the eye. Lights that shed only ambient light, or whose place is no place, count
 /// in the sum of ambient colours alone.
-pub(crate) fn pack(lights: &[Light], eye: Vec3) -> Result<(GpuLights, LightKinds), RenderError> {
+pub(crate) fn pack(lights: &[Light], eye: Vec3) -> Result<PackedLights, RenderError> {
     if lights.len() > MAX_LIGHTS {
         return Err(RenderError::TooManyLights { count: lights.len() });
     }
-    let mut packed = GpuLights::zeroed();
-    let mut kinds = LightKinds::default();
+    let mut packed =
+        PackedLights { list: GpuLights::zeroed(), ends: LightEnds::default(), falloff: false, ambient: Vec3::ZERO };
     let mut by_kind: [Vec<GpuLight>; 3] = Default::default();
     for light in lights {
         packed.ambient += color(light.ambient);
@@ -53,47 +62,44 @@ pub(crate) fn pack(lights: &[Light], eye: Vec3) -> Result<(GpuLights, LightKinds
         }
         match light.kind {
             LightKind::Point { position, falloff } if position.is_finite() => {
-                kinds.point = true;
-                by_kind[0].push(GpuLight { place: position - eye, ..base.weakening(falloff, &mut kinds) });
+                by_kind[0].push(GpuLight { place: position - eye, ..base.weakening(falloff, &mut packed.falloff) });
             }
             LightKind::Directional { direction } => {
                 if let Some(direction) = direction.try_normalize() {
-                    kinds.directional = true;
                     by_kind[1].push(GpuLight { place: -direction, ..base });
                 }
             }
             LightKind::Spot { position, direction, inner, outer, falloff } if position.is_finite() => {
                 if let (Some(direction), true) = (direction.try_normalize(), inner.is_finite() && outer.is_finite()) {
-                    kinds.spot = true;
                     by_kind[2].push(GpuLight {
                         place: position - eye,
                         direction,
                         cone_outer: outer.cos(),
                         cone_scale: 1.0 / (inner.cos() - outer.cos()).max(1e-3),
-                        ..base.weakening(falloff, &mut kinds)
+                        ..base.weakening(falloff, &mut packed.falloff)
                     });
                 }
             }
             LightKind::Point { .. } | LightKind::Spot { .. } => {}
         }
     }
-    let mut ends = [0; 3];
     let mut count = 0;
-    for (end, list) in ends.iter_mut().zip(&by_kind) {
-        packed.list[count..count + list.len()].copy_from_slice(list);
-        count += list.len();
-        *end = count as u32;
-    }
-    [packed.point_end, packed.directional_end, packed.spot_end] = ends;
-    Ok((packed, kinds))
+    let mut place = |kind: &[GpuLight]| {
+        packed.list[count..count + kind.len()].copy_from_slice(kind);
+        count += kind.len();
+        count as u32
+    };
+    let [point, directional, spot] = &by_kind;
+    packed.ends = LightEnds { point: place(point), directional: place(directional), spot: place(spot) };
+    Ok(packed)
 }
 
 impl GpuLight {
-    fn weakening(self, falloff: Falloff, kinds: &mut LightKinds) -> Self {
+    fn weakening(self, falloff: Falloff, any: &mut bool) -> Self {
         match falloff {
             Falloff::None => self,
             Falloff::InverseSquare => {
-                kinds.falloff = true;
+                *any = true;
                 Self { inverse_square: 1.0, ..self }
             }
         }
@@ -123,20 +129,17 @@ mod tests {
     #[test]
     fn layout_is_that_of_the_shader() {
         assert_eq!(size_of::<GpuLight>(), 64);
-        assert_eq!(size_of::<GpuLights>(), 32 + 64 * MAX_LIGHTS);
     }
 
     #[test]
     fn lights_are_grouped_by_kind_in_their_order() {
         let directional = |direction| Light { kind: LightKind::Directional { direction }, ..point(Vec3::ZERO) };
         let lights = [directional(Vec3::X), point(Vec3::ONE), directional(Vec3::Z), point(Vec3::X)];
-        let (packed, kinds) = pack(&lights, Vec3::ONE).unwrap();
-        assert_eq!((packed.point_end, packed.directional_end, packed.spot_end), (2, 4, 4));
-        assert_eq!(
-            packed.list[..4].map(|light| light.place),
-            [Vec3::ZERO, Vec3::new(0.0, -1.0, -1.0), Vec3::NEG_X, Vec3::NEG_Z]
-        );
-        assert_eq!(kinds, LightKinds { point: true, directional: true, spot: false, falloff: false });
+        let packed = pack(&lights, Vec3::ONE).unwrap();
+        assert_eq!(packed.ends, LightEnds { point: 2, directional: 4, spot: 4 });
+        let places: [Vec3; 4] = std::array::from_fn(|light| packed.list[light].place);
+        assert_eq!(places, [Vec3::ZERO, Vec3::new(0.0, -1.0, -1.0), Vec3::NEG_X, Vec3::NEG_Z]);
+        assert!(!packed.falloff);
     }
 
     #[test]
@@ -146,9 +149,9 @@ mod tests {
             Light { kind: LightKind::Directional { direction: Vec3::ZERO }, ..point(Vec3::ZERO) },
             Light { diffuse: Vec3::ZERO, specular: Vec3::splat(f32::NAN), ..point(Vec3::ZERO) },
         ];
-        let (packed, kinds) = pack(&lights, Vec3::ZERO).unwrap();
+        let packed = pack(&lights, Vec3::ZERO).unwrap();
         assert!((packed.ambient - Vec3::splat(0.3)).length() < 1e-6);
-        assert!(!kinds.any() && packed.spot_end == 0);
+        assert_eq!(packed.ends, LightEnds::default());
     }
 
     #[test]

@@ -17,23 +17,26 @@ use crate::{Gpu, RenderError};
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct GpuMaterial {
-    emission: Vec3,
+    constant: Vec3,
     opacity: f32,
-    ambient: Vec3,
-    alpha_cutoff: f32,
     pub diffuse: Vec3,
     exponent: f32,
     pub specular: Vec3,
+    alpha_cutoff: f32,
+    base_u: Vec4,
+    base_v: Vec4,
+    second_u: Vec3,
     normal_intensity: f32,
-    base_matrix: [Vec4; 2],
-    second_matrix: [Vec4; 2],
+    second_v: Vec4,
 }
 
 impl GpuMaterial {
-    /// The parameters of a material, decoded if lighting is linear, and of the layers it is drawn with.
+    /// The parameters of a material, decoded if lighting is linear, and of the layers it is drawn with. `ambient_light`
+    /// is the sum of the lights' ambient colours.
     pub(crate) fn new(
         material: &Material,
         linear: bool,
+        ambient_light: Vec3,
         base: Option<&TextureLayer>,
         second: Option<&TextureLayer>,
     ) -> Self {
@@ -42,17 +45,20 @@ impl GpuMaterial {
             if linear { Vec3::from_array(stored.to_array().map(srgb_decode)) } else { stored }
         };
         let exponent = exponent(material);
+        let [base_u, base_v] = top_down(base.map_or(Mat3::IDENTITY, |layer| layer.transform));
+        let [second_u, second_v] = top_down(second.map_or(Mat3::IDENTITY, |layer| layer.transform));
         Self {
-            emission: decode(material.emission),
+            constant: decode(material.emission) + decode(material.ambient) * ambient_light,
             opacity: opacity(material),
-            ambient: decode(material.ambient),
-            alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
             diffuse: decode(material.diffuse),
             exponent,
             specular: if exponent > 0.0 { decode(material.specular) } else { Vec3::ZERO },
+            alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
+            base_u: base_u.extend(0.0),
+            base_v: base_v.extend(0.0),
+            second_u,
             normal_intensity: second.map_or(1.0, |layer| layer.intensity),
-            base_matrix: top_down(base.map_or(Mat3::IDENTITY, |layer| layer.transform)),
-            second_matrix: top_down(second.map_or(Mat3::IDENTITY, |layer| layer.transform)),
+            second_v: second_v.extend(0.0),
         }
     }
 }
@@ -67,9 +73,9 @@ fn exponent(material: &Material) -> f32 {
 }
 
 /// The two rows of a texture matrix, followed by v → 1 − v.
-fn top_down(matrix: Mat3) -> [Vec4; 2] {
+fn top_down(matrix: Mat3) -> [Vec3; 2] {
     let matrix = if matrix.is_finite() { matrix } else { Mat3::IDENTITY };
-    [matrix.row(0).extend(0.0), (Vec3::Z - matrix.row(1)).extend(0.0)]
+    [matrix.row(0), Vec3::Z - matrix.row(1)]
 }
 
 /// Identifies a material by everything that its bind group holds.
@@ -215,7 +221,7 @@ mod tests {
 
     #[test]
     fn layout_is_that_of_the_shader() {
-        assert_eq!(size_of::<GpuMaterial>(), 128);
+        assert_eq!(size_of::<GpuMaterial>(), 112);
     }
 
     #[test]
@@ -223,8 +229,8 @@ mod tests {
         let scale = Mat3::from_cols(Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 3.0, 0.0), Vec3::new(0.1, 0.2, 1.0));
         let [u, v] = top_down(scale);
         let at = Vec3::new(0.5, 0.25, 1.0);
-        assert!((u.truncate().dot(at) - 1.1).abs() < 1e-6);
-        assert!((v.truncate().dot(at) - (1.0 - 0.95)).abs() < 1e-6);
+        assert!((u.dot(at) - 1.1).abs() < 1e-6);
+        assert!((v.dot(at) - (1.0 - 0.95)).abs() < 1e-6);
     }
 
     #[test]
@@ -236,7 +242,7 @@ mod tests {
             opacity: f32::NAN,
             ..Material::default()
         };
-        let packed = GpuMaterial::new(&material, false, None, None);
+        let packed = GpuMaterial::new(&material, false, Vec3::ZERO, None, None);
         assert_eq!((packed.diffuse, packed.specular), (Vec3::new(0.0, 0.0, 0.5), Vec3::ZERO));
         assert_eq!((packed.exponent, packed.opacity), (0.0, 1.0));
     }

@@ -60,7 +60,7 @@ impl OverlayTable {
         linear: bool,
     ) -> Result<Vec<OverlayDraw>, RenderError> {
         let mut draws = Vec::new();
-        let key = |program, lines| PipelineKey { program, pass, mirrored: false, lines };
+        let key = |program, lines| PipelineKey { lines, ..PipelineKey::new(program, pass) };
         if overlays.wireframe || overlays.normals.is_some() {
             for DrawnMesh { mesh, frame, instances, .. } in list.meshes.iter().cloned() {
                 let data = &scene.meshes[mesh];

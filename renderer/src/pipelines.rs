@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 
 use crate::draws::Instance;
-use crate::shader::{Program, Variant, source};
+use crate::lights::LightEnds;
+use crate::shader::{Program, Surface, Variant, source};
 use crate::{Gpu, RenderError};
 
 /// Format of depth buffers.
@@ -26,6 +27,45 @@ pub(crate) struct PipelineKey {
     pub mirrored: bool,
     /// Pairs of vertices are lines.
     pub lines: bool,
+    pub constants: Constants,
+}
+
+impl PipelineKey {
+    /// For triangles that do not turn the other way, of a program without constants.
+    pub(crate) fn new(program: Program, pass: PassFormat) -> Self {
+        Self { program, pass, mirrored: false, lines: false, constants: Constants::default() }
+    }
+}
+
+/// Values that the shader of a lit surface treats as constants.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Constants {
+    pub lights: LightEnds,
+    /// The camera is orthographic.
+    pub parallel: bool,
+}
+
+impl Constants {
+    /// Those that a variant reads; the others make no further pipelines.
+    pub(crate) fn read_by(self, variant: &Variant) -> Self {
+        match variant.surface {
+            Surface::Lit { specular, .. } => Self { parallel: self.parallel && specular, ..self },
+            _ => Self::default(),
+        }
+    }
+
+    /// Their names and values in WGSL.
+    fn values(self, program: &Program) -> Vec<(&'static str, f64)> {
+        if !matches!(program, Program::Surface(Variant { surface: Surface::Lit { .. }, .. })) {
+            return Vec::new();
+        }
+        vec![
+            ("PARALLEL", f64::from(u8::from(self.parallel))),
+            ("POINT_END", f64::from(self.lights.point)),
+            ("DIRECTIONAL_END", f64::from(self.lights.directional)),
+            ("SPOT_END", f64::from(self.lights.spot)),
+        ]
+    }
 }
 
 /// Which textures a material's bind group has.
@@ -171,13 +211,16 @@ impl Pipelines {
             Program::Background { .. } | Program::Present { .. } => false,
         };
         let module = &self.modules[&key.program];
+        let constants = key.constants.values(&key.program);
+        let compilation_options =
+            wgpu::PipelineCompilationOptions { constants: &constants, ..wgpu::PipelineCompilationOptions::default() };
         gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(&label),
             layout: Some(&layout),
             vertex: wgpu::VertexState {
                 module,
                 entry_point: Some("vertex"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options: compilation_options.clone(),
                 buffers: &attributes.layouts(),
             },
             primitive: wgpu::PrimitiveState {
@@ -195,7 +238,7 @@ impl Pipelines {
             fragment: Some(wgpu::FragmentState {
                 module,
                 entry_point: Some("fragment"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                compilation_options,
                 targets: &[Some(wgpu::ColorTargetState {
                     format: key.pass.color,
                     blend: blends.then_some(BLEND),

@@ -1,9 +1,14 @@
 //! Getting a picture from the GPU.
 
+use std::time::Duration;
+
 use crate::{Gpu, RenderError};
 
 /// Bytes that a row of a copied texture is padded to.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
+
+/// How long the answer may take once the GPU is done.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Copies an RGBA8 texture's first level into memory, top row first; waits for the GPU.
 pub(crate) fn read_rgba8(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, RenderError> {
@@ -43,7 +48,8 @@ pub(crate) fn read_rgba8(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, 
     });
     let fault = |message: String| RenderError::Gpu { during: "read the picture back", message };
     gpu.wait().map_err(fault)?;
-    match receiver.try_recv() {
+    // Where several threads share the device, another one may be about to deliver the answer.
+    match receiver.recv_timeout(PATIENCE) {
         Ok(Ok(())) => {}
         Ok(Err(error)) => return Err(fault(error.to_string())),
         Err(_) => return Err(fault("the device did not answer".into())),

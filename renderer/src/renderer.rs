@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use aam_scene::{Image, Pixels, Scene, Shading, View};
+use aam_scene::{Image, Pixels, Projection, Scene, Shading, View};
 
 use crate::backdrop;
 use crate::camera::{FrameUniform, view_direction};
@@ -12,7 +12,7 @@ use crate::lights;
 use crate::materials::MaterialTable;
 use crate::meshes::MeshTable;
 use crate::overlay::OverlayTable;
-use crate::pipelines::{PassFormat, Pipelines};
+use crate::pipelines::{Constants, PassFormat, Pipelines};
 use crate::read_back::read_rgba8;
 use crate::scopes::Scopes;
 use crate::sort::Sorted;
@@ -184,7 +184,7 @@ impl Renderer {
         let normal_length = options.overlays.normals.unwrap_or(0.0);
         let uniform = FrameUniform::new(view, normal_length)?;
         let (scene_lights, camera_light) = scene.effective_lights(&view.camera);
-        let (packed_lights, light_kinds) = lights::pack(&scene_lights, uniform.eye)?;
+        let packed_lights = lights::pack(&scene_lights, uniform.eye)?;
         stats.lights = scene_lights.len() as u32;
         stats.camera_light = camera_light;
 
@@ -192,7 +192,9 @@ impl Renderer {
         let mode = Mode {
             show: options.show,
             linear,
-            lights: light_kinds,
+            lit: packed_lights.ends.spot > 0,
+            falloff: packed_lights.falloff,
+            ambient_light: packed_lights.ambient,
             anisotropy: options.anisotropy.clamp(1, 16),
             animation_frame,
             picture: self.picture,
@@ -218,11 +220,15 @@ impl Renderer {
             self.overlays.prepare(&options.overlays, scene, &list, &mut self.meshes, &mut uploader, format, linear)?;
         if anything {
             self.frame_uniform.set(&mut uploader, bytemuck::bytes_of(&uniform))?;
-            self.light_uniform.set(&mut uploader, bytemuck::bytes_of(&packed_lights))?;
+            self.light_uniform.set(&mut uploader, bytemuck::bytes_of(&packed_lights.list))?;
             self.instances.set(&mut uploader, bytemuck::cast_slice(&list.instances))?;
             self.make_frame_group();
         }
-        let frame = Frame { list, overlays, backdrop, format, direct, linear };
+        let constants = Constants {
+            lights: packed_lights.ends,
+            parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
+        };
+        let frame = Frame { constants, list, overlays, backdrop, format, direct, linear };
         self.build_pipelines(&frame)?;
         stats.cpu.upload_ms = milliseconds(start);
 

@@ -34,3 +34,35 @@ impl Scopes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reports_become_errors_and_only_once() {
+        let Ok(gpu) = Gpu::headless() else {
+            assert!(std::env::var("CI").as_deref() != Ok("true"), "CI needs a GPU adapter");
+            println!("skipped: no GPU adapter");
+            return;
+        };
+        let buffer = |size, usage| {
+            gpu.device().create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+        };
+        let scopes = Scopes::open(&gpu);
+        buffer(4, wgpu::BufferUsages::empty());
+        let error = scopes.close(&gpu, "made a buffer").unwrap_err();
+        assert!(matches!(error, RenderError::Gpu { during: "made a buffer", .. }), "{error}");
+
+        // More than any machine has, where the device does not refuse it by its limits.
+        let scopes = Scopes::open(&gpu);
+        buffer(gpu.device().limits().max_buffer_size.min(1 << 46), wgpu::BufferUsages::VERTEX);
+        let outcome = scopes.close(&gpu, "made a buffer");
+        let many = gpu.device().limits().max_buffer_size >= 1 << 42;
+        assert!(!many || matches!(outcome, Err(RenderError::OutOfMemory { .. })), "{outcome:?}");
+
+        let scopes = Scopes::open(&gpu);
+        buffer(4, wgpu::BufferUsages::VERTEX);
+        assert!(scopes.close(&gpu, "made a buffer").is_ok());
+    }
+}

@@ -140,9 +140,9 @@ mod tests {
         let programs = all_programs();
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
-        // Lit: 3 normal sources × 2 (specular) × 13 sets of lights; light-mapped; flat. Each with 2 (diffuse map) × 3
-        // (vertex colours) × 4 (alpha). Then 6 that show stored values.
-        assert_eq!(Variant::all().len(), (3 * 2 * 13 + 1 + 1) * 2 * 3 * 4 + 6);
+        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
+        // colours) × 4 (alpha). Then 6 that show stored values.
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6);
         assert_eq!(programs.len(), Variant::all().len() + 8 + 2 + 6);
     }
 

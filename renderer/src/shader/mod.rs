@@ -10,4 +10,4 @@ mod variant;
 pub use assemble::ShaderError;
 pub use library::shader_sources;
 pub(crate) use library::{Program, source};
-pub(crate) use variant::{AlphaMode, ColorSource, LightKinds, NormalSource, Surface, Variant};
+pub(crate) use variant::{AlphaMode, ColorSource, NormalSource, Surface, Variant};

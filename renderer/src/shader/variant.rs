@@ -2,37 +2,6 @@
 
 use super::assemble::Features;
 
-/// Kinds of light that the shader has loops for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct LightKinds {
-    pub point: bool,
-    pub directional: bool,
-    pub spot: bool,
-    /// A point light or spot weakens with distance.
-    pub falloff: bool,
-}
-
-impl LightKinds {
-    pub(crate) fn any(self) -> bool {
-        self.point || self.directional || self.spot
-    }
-
-    fn is_legal(self) -> bool {
-        self.any() && (!self.falloff || self.point || self.spot)
-    }
-
-    fn all() -> impl Iterator<Item = Self> {
-        (0..16u8)
-            .map(|bits| Self {
-                point: bits & 1 != 0,
-                directional: bits & 2 != 0,
-                spot: bits & 4 != 0,
-                falloff: bits & 8 != 0,
-            })
-            .filter(|kinds| kinds.is_legal())
-    }
-}
-
 /// Where shading normals come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum NormalSource {
@@ -48,8 +17,8 @@ impl NormalSource {
 /// What colour a surface has before its texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Surface {
-    /// Phong reflection of lights.
-    Lit { normal: NormalSource, specular: bool, lights: LightKinds },
+    /// Phong reflection of lights. `falloff`: some weaken with distance.
+    Lit { normal: NormalSource, specular: bool, falloff: bool },
     /// Light from a texture.
     LightMapped,
     /// Emission and ambient light: no light's direction matters.
@@ -107,7 +76,7 @@ impl Variant {
         let mut surfaces = vec![Surface::LightMapped, Surface::Flat];
         for normal in NormalSource::ALL {
             for specular in [false, true] {
-                surfaces.extend(LightKinds::all().map(|lights| Surface::Lit { normal, specular, lights }));
+                surfaces.extend([false, true].map(|falloff| Surface::Lit { normal, specular, falloff }));
             }
         }
         let mut variants = Vec::new();
@@ -171,9 +140,9 @@ impl Variant {
 
     /// The value of every feature that the shader's files ask for.
     pub(crate) fn features(&self) -> Features {
-        let (specular, lights) = match self.surface {
-            Surface::Lit { specular, lights, .. } => (specular, lights),
-            _ => (false, LightKinds::default()),
+        let (specular, falloff) = match self.surface {
+            Surface::Lit { specular, falloff, .. } => (specular, falloff),
+            _ => (false, false),
         };
         vec![
             ("LIT", matches!(self.surface, Surface::Lit { .. })),
@@ -193,10 +162,7 @@ impl Variant {
             ("BASE_UV", self.base_uv()),
             ("SECOND_MAP", self.second_map()),
             ("SPECULAR", specular),
-            ("POINT_LIGHTS", lights.point),
-            ("DIRECTIONAL_LIGHTS", lights.directional),
-            ("SPOT_LIGHTS", lights.spot),
-            ("FALLOFF", lights.falloff),
+            ("FALLOFF", falloff),
             ("ALPHA_TEST", self.alpha.test),
             ("BLEND", self.alpha.blend),
         ]

@@ -32,21 +32,6 @@ fn pictures_of_no_size_or_too_large_are_refused() {
 }
 
 #[test]
-fn a_picture_that_does_not_fit_into_memory_is_an_error_and_not_the_end() {
-    let Some(mut renderer) = renderer() else { return };
-    let side = renderer.gpu().device().limits().max_texture_dimension_2d;
-    let scene = scene_of(quad(), glow(Vec3::ONE), vec![dark()]);
-    let view = View { camera: front(), width: side, height: side, frame: 0.0 };
-    // Far beyond this, drivers may try: only the largest that the limits allow is asked for, with four samples.
-    if let Err(error) =
-        renderer.render_to_image(&scene, &view, &RenderOptions { msaa: aam_renderer::Msaa::X4, ..options() })
-    {
-        assert!(!error.to_string().is_empty());
-    }
-    assert_eq!(draw(&mut renderer, &scene, &front(), &options()).center(), [255; 4]);
-}
-
-#[test]
 fn broken_positions_take_only_their_triangles_away() {
     let Some(mut renderer) = renderer() else { return };
     for broken in [f32::NAN, f32::INFINITY] {
