@@ -9,7 +9,7 @@ use crate::{Asset, ImportOptions, Progress};
 
 use super::character::{self, Places};
 use super::clip::Clip;
-use super::fault::Checked;
+use super::fault::{Checked, Fault};
 use super::graph::Graph;
 use super::log::Log;
 use super::model::Model;
@@ -130,7 +130,7 @@ impl Assembly<'_> {
         if self.form == Form::Full
             && let Some(clip) = self.clip
         {
-            self.later_frames(&plans, clip, moment, &mut document, progress);
+            self.later_frames(&plans, clip, moment, &mut document, progress)?;
         }
         self.count(&document, log);
         asset.document = document;
@@ -260,6 +260,7 @@ impl Assembly<'_> {
                 let placement = self.placement(plan, places, moment);
                 let weights = &moment.weights[plan.node];
                 object.vertices = placement.vertices(surface, weights);
+                self.check_range(plan, &object.vertices)?;
                 let recovered = self.recover(surface, &placement, weights, &object.vertices, &mut known[mesh]);
                 costs.add(&recovered);
                 self.dress(&mut object, surface, &placement, weights, recovered);
@@ -344,7 +345,7 @@ impl Assembly<'_> {
         moment: &mut Moment,
         document: &mut Document,
         progress: &dyn Progress,
-    ) {
+    ) -> Checked<()> {
         progress.stage("sampling the animation", self.frames as u64);
         let first = document.geometry.frames.first().cloned().unwrap_or_default();
         let moving: Vec<Option<(bool, MovingNormals)>> = plans
@@ -372,6 +373,7 @@ impl Assembly<'_> {
                     let placement = self.placement(plan, None, moment);
                     let weights = &moment.weights[plan.node];
                     object.vertices = placement.vertices(surface, weights);
+                    self.check_range(plan, &object.vertices)?;
                     object.frame_normals = moving
                         .as_ref()
                         .map(|(mirrored, moving)| moving.at(surface, &placement, weights, &object.vertices, *mirrored));
@@ -381,6 +383,16 @@ impl Assembly<'_> {
             document.geometry.frames.push(frame);
             progress.step(number as u64 + 1);
         }
+        Ok(())
+    }
+
+    /// Refuses vertices that no document can hold.
+    fn check_range(&self, plan: &Plan, vertices: &[[f32; 3]]) -> Checked<()> {
+        if vertices.as_flattened().iter().all(|value| value.is_finite()) {
+            return Ok(());
+        }
+        let place = &self.model.nodes[plan.node].place;
+        Err(Fault::broken(place, "what is shown here has positions that do not fit 32 bits"))
     }
 }
 

@@ -75,7 +75,7 @@ fn open_glb(bytes: &[u8]) -> Checked<Container> {
             (1, BINARY_CHUNK) => container.binary = Some(chunk),
             (_, other) => container.oddities.push(format!("chunk {number} of type 0x{other:08X} is ignored")),
         }
-        if size % 4 != 0 {
+        if !size.is_multiple_of(4) {
             container.oddities.push(format!("chunk {number} is not padded to 4 bytes"));
         }
         at = start + size;

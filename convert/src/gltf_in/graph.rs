@@ -46,8 +46,10 @@ impl Graph {
                 reached[node] = true;
             }
             let lost = reached.iter().position(|reached| !reached).unwrap_or(0);
-            let message = format!("node {lost} is its own ancestor");
-            return Err(Fault::broken(format!("{}/children", model.nodes[lost].place), message));
+            let parent = parents[lost].unwrap_or(lost);
+            let child = model.nodes[parent].children.iter().position(|&child| child == lost).unwrap_or(0);
+            let place = format!("{}/children/{child}", model.nodes[parent].place);
+            return Err(Fault::broken(place, format!("node {lost} is its own ancestor")));
         }
         let mut graph = Self { parents, order, scene: Vec::new(), hidden: 0 };
         let roots = match model.scene {

@@ -67,10 +67,14 @@ impl<'a> At<'a> {
         self.get("extensions")?.get(name)
     }
 
-    /// The members, in alphabetical order.
+    /// The members that are not null, in alphabetical order.
     pub(super) fn members(&self) -> Checked<Vec<(&'a str, Self)>> {
         let map = self.object()?;
-        Ok(map.iter().map(|(key, value)| (key.as_str(), Self { value, place: self.place_of(key) })).collect())
+        Ok(map
+            .iter()
+            .filter(|(_, value)| !value.is_null())
+            .map(|(key, value)| (key.as_str(), Self { value, place: self.place_of(key) }))
+            .collect())
     }
 
     /// The elements of an array.

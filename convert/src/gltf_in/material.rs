@@ -285,6 +285,11 @@ impl Mapper<'_, '_, '_> {
         single.shininess = phong::shininess(terms.exponent);
         if terms.exponent == 0.0 {
             single.specular = [0.0; 3];
+        } else if terms.specular != whole.specular {
+            let [before, after] =
+                [whole.specular, terms.specular].map(|rgb| rgb.map(phong::decode_srgb).into_iter().fold(0.0, f32::max));
+            let note = "AAM multiplies highlights by the diffuse texture; Sp makes up for that on average, up to 1";
+            self.log.changed(self.subject, "highlight", note, Some(format!("× {:.1}", after / before)));
         }
         if let Some((note, size)) = maps {
             self.log.changed(self.subject, "metallic and roughness texture", note, Some(size));
@@ -363,11 +368,11 @@ impl Mapper<'_, '_, '_> {
     fn report_emissive(&mut self, usage: &Usage, nearest: [f32; 3]) {
         let mut whole = 0.0;
         let mut left = 0.0;
-        for channel in 0..3 {
+        for (channel, nearest) in nearest.into_iter().enumerate() {
             let weight = self.material.emissive[channel].powi(2);
             let square = usage.emissive[channel].square_or(0.0);
             whole += weight * square;
-            left += weight * (square - nearest[channel] * usage.base_emissive[channel].or(0.0)).max(0.0);
+            left += weight * (square - nearest * usage.base_emissive[channel].or(0.0)).max(0.0);
         }
         let size = (whole > 0.0).then(|| format!("{:.0} % RMS of the emission", 100.0 * (left / whole).sqrt()));
         let note = "AAM has no such layer; SI is the constant nearest to it in least squares";

@@ -182,7 +182,7 @@ fn colors(bytes: &[u8], component: u32, kind: &str) -> Vec<[f32; 3]> {
     let mut file = Builder::triangle();
     let colors = file.accessor(bytes, component, kind, 3);
     let size = bytes.len() / 3;
-    if size % 4 == 0 {
+    if size.is_multiple_of(4) {
         file.set("/bufferViews/1/byteStride", json!(size));
     }
     file.set("/meshes/0/primitives/0/attributes/COLOR_0", json!(colors));

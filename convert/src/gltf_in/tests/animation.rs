@@ -79,7 +79,7 @@ fn cubic_splines_scale_their_tangents_by_the_interval() {
     for frame in [0_u16, 3, 8, 13, 16] {
         let s = f32::from(frame) / 16.0;
         let (ss, sss) = (s * s, s * s * s);
-        let wanted = 2.0 * (sss - 2.0 * ss + s) * 3.0 + (3.0 * ss - 2.0 * sss) + 2.0 * (sss - ss) * -1.0;
+        let wanted = 2.0 * (sss - 2.0 * ss + s) * 3.0 + (3.0 * ss - 2.0 * sss) - 2.0 * (sss - ss);
         assert_near(point(&asset, f32::from(frame)), [1.0 + wanted, 0.0, 0.0], 1e-5);
     }
 }

@@ -119,7 +119,6 @@ fn metallic_and_roughness_are_averaged_over_the_surface() {
     let line = notes(&asset, "metallic and roughness texture");
     assert!(line.contains("metallic 0.50 ± 0.50, roughness 0.20 ± 0.10"), "{line}");
     // Only the left half of the picture is used: only it counts.
-    let mut file = file;
     let uvs = file.vec2(&[[0.0, 0.0], [0.45, 0.0], [0.45, 1.0], [0.0, 1.0]]);
     file.set("/meshes/0/primitives/0/attributes/TEXCOORD_0", json!(uvs));
     let line = notes(&file.import(), "metallic and roughness texture");
