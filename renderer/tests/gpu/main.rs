@@ -3,6 +3,7 @@
 mod background;
 mod common;
 mod conventions;
+mod corpus;
 mod costs;
 mod layers;
 mod lighting;
