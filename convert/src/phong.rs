@@ -305,6 +305,8 @@ fn split(Reflectance { body, surface, alpha }: Reflectance) -> MetallicRoughness
         let q = b + s - 2.0 * f0;
         (2.0 * (s - f0) / (q + (q * q + 4.0 * f0 * (s - f0)).max(0.0).sqrt())).clamp(0.0, 1.0)
     };
+    // What is all but one of the two is that one, and the rest rounding.
+    let metallic = if (1e-4..1.0 - 1e-4).contains(&metallic) { metallic } else { metallic.round() };
     let base = if metallic > 0.5 {
         surface.map(|surface| (surface - f0 * (1.0 - metallic)) / metallic)
     } else {

@@ -25,7 +25,7 @@ use super::image::{Images, mean};
 use super::json::{self, EmissiveStrength, Empty, Index, NormalTexture, Specular, TextureInfo};
 use super::model::{Model, Variant};
 use super::notes::Notes;
-use super::{bake, extras, uv_transform};
+use super::{bake, extras, surface, uv_transform};
 
 /// A material of the file.
 #[derive(Debug)]
@@ -55,20 +55,19 @@ pub(super) fn build(
 
 /// The material of objects without one: light grey, without highlight.
 fn fallback() -> MaterialOut {
-    let grey = Phong { ambient: [0.8; 3], diffuse: [0.8; 3], ..Phong::default() };
+    let grey = phong::to_metallic_roughness(&Phong { ambient: [0.8; 3], diffuse: [0.8; 3], ..Phong::default() });
     let mut material = json::Material { name: "default".into(), double_sided: true, ..json::Material::default() };
     set_surface(&mut material, &grey, 1.0);
     material.extras = extras::wrap(Map::from_iter([("default".to_owned(), true.into())]));
     MaterialOut { material, normal_map: false }
 }
 
-fn set_surface(material: &mut json::Material, phong: &Phong, opacity: f32) {
-    let surface = phong::to_metallic_roughness(phong);
+fn set_surface(material: &mut json::Material, surface: &MetallicRoughness, opacity: f32) {
     let [r, g, b] = surface.base_color;
     material.pbr_metallic_roughness.base_color_factor = [r, g, b, opacity];
     material.pbr_metallic_roughness.metallic_factor = surface.metallic;
     material.pbr_metallic_roughness.roughness_factor = surface.roughness;
-    material.extensions.specular = specular(&surface);
+    material.extensions.specular = specular(surface);
 }
 
 /// The extension that says a reflectance other than the default.
@@ -200,8 +199,15 @@ impl<'m> Mapper<'m, '_, '_> {
             specular: clipped(leaf.specular),
             exponent: leaf.exponent,
         };
-        set_surface(material, &phong, leaf.opacity);
-        self.report_surface(&phong);
+        let texture = self.layer(Layer::Diffuse).and_then(|layer| self.images.pixels(&layer.file));
+        let untint = texture.map_or([1.0; 3], |texture| surface::untint(self.model, self.variant, &texture));
+        let (mapped, wanted) = surface::untinted(&phong, untint);
+        set_surface(material, &mapped, leaf.opacity);
+        self.report_surface(&mapped, &wanted);
+        if wanted.specular != phong.specular {
+            let note = "AAM's texture tints it, glTF's does not; the constant nearest to it stands in";
+            self.notes.changed(&self.subject, "highlight", note);
+        }
         material.pbr_metallic_roughness.base_color_texture = self.info(Layer::Diffuse);
         let [r, g, b] = linear(leaf.emission);
         let strength = r.max(g).max(b);
@@ -209,6 +215,9 @@ impl<'m> Mapper<'m, '_, '_> {
             let scale = strength.max(1.0);
             material.emissive_factor = Some([r / scale, g / scale, b / scale]);
             material.emissive_texture = self.info(Layer::Diffuse);
+            if self.variant.uses.iter().any(|of| self.model.meshes[of.0].colors.is_some()) {
+                self.notes.lost(&self.subject, "vertex colours", "glTF's do not tint emission; they tint the rest");
+            }
             if strength > 1.0 {
                 material.extensions.emissive_strength = Some(EmissiveStrength { emissive_strength: strength });
             }
@@ -216,8 +225,8 @@ impl<'m> Mapper<'m, '_, '_> {
     }
 
     /// Says how far the material is from what importing it again gives.
-    fn report_surface(&mut self, phong: &Phong) {
-        let back = phong::from_metallic_roughness(&phong::to_metallic_roughness(phong));
+    fn report_surface(&mut self, mapped: &MetallicRoughness, phong: &Phong) {
+        let back = phong::from_metallic_roughness(mapped);
         let far = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         let diffuse = far(phong.diffuse, back.diffuse);
         let shines = phong.exponent > 0.0 && phong.specular != [0.0; 3];

@@ -27,6 +27,7 @@ mod mesh;
 mod model;
 mod notes;
 mod physics;
+mod surface;
 mod uv_transform;
 
 use std::collections::BTreeMap;
