@@ -171,7 +171,7 @@ pub(crate) fn prepare(
     let mut looks: HashMap<(u32, MeshTraits), Option<Look>> = HashMap::new();
     for drawn in &list.meshes {
         let mesh = &scene.meshes[drawn.mesh];
-        let gpu_mesh = tables.meshes.ensure(uploader, scene, mesh, drawn.frame)?;
+        let gpu_mesh = tables.meshes.ensure(uploader, mesh, drawn.frame)?;
         let traits = MeshTraits {
             uvs: [0, 1, 2, 3].map(|layer: usize| mesh.uvs[layer].is_some()),
             tangents: mesh.tangents.is_some(),
@@ -187,14 +187,21 @@ pub(crate) fn prepare(
             let look = match looks.get(&key) {
                 Some(look) => *look,
                 None => {
-                    let material = &scene.materials[subset.material.index()];
+                    let material = scene.materials.get(subset.material.index()).ok_or_else(|| RenderError::Mesh {
+                        mesh: mesh.name.clone(),
+                        reason: format!(
+                            "subset {number} refers to material {} of {}",
+                            subset.material.0,
+                            scene.materials.len()
+                        ),
+                    })?;
                     let look = resolve(scene, material, traits, mode, tables, uploader, warnings)?;
                     looks.insert(key, look);
                     look
                 }
             };
             let Some(Look { variant, uv_layers, slot }) = look else { continue };
-            let gpu_mesh = tables.meshes.ensure(uploader, scene, mesh, drawn.frame)?;
+            let gpu_mesh = tables.meshes.ensure(uploader, mesh, drawn.frame)?;
             for stream in streams(&variant, uv_layers) {
                 ensure_stream(uploader, gpu_mesh, mesh, stream)?;
             }

@@ -116,8 +116,8 @@ impl Gpu {
     }
 
     /// A device that others use too, for example `egui-wgpu`'s. It should have been made with
-    /// [`Gpu::device_descriptor`], without which line-exact timings and large textures may be missing. Its handler for
-    /// uncaptured errors is left alone.
+    /// [`Gpu::device_descriptor`], without which timings and large textures may be missing. Its handler for uncaptured
+    /// errors is left alone; its callback for the loss of the device is replaced.
     ///
     /// # Errors
     /// When the device lacks something that every frame needs.

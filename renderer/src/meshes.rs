@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
-use aam_scene::{Mesh, Scene};
+use aam_scene::Mesh;
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::RenderError;
@@ -85,13 +85,12 @@ impl MeshTable {
     pub(crate) fn ensure(
         &mut self,
         uploader: &mut Uploader<'_>,
-        scene: &Scene,
         mesh: &Arc<Mesh>,
         frame: usize,
     ) -> Result<&mut GpuMesh, RenderError> {
         let address = Arc::as_ptr(mesh) as usize;
         if !self.entries.contains_key(&address) {
-            check(scene, mesh)?;
+            check(mesh)?;
             let repaired = repaired_indices(mesh);
             let indices = repaired.as_deref().unwrap_or(&mesh.indices);
             self.last_serial += 1;
@@ -178,9 +177,13 @@ pub(crate) fn ensure_edges(uploader: &mut Uploader<'_>, entry: &mut GpuMesh, mes
             .collect();
         edges.sort_unstable();
         edges.dedup();
+        let count = u32::try_from(2 * edges.len()).map_err(|_| RenderError::Mesh {
+            mesh: mesh.name.clone(),
+            reason: "it has more edges than a wireframe can show".into(),
+        })?;
         let what = format!("edges of mesh {:?}", mesh.name);
         let buffer = uploader.buffer(&what, wgpu::BufferUsages::INDEX, bytemuck::cast_slice(&edges))?;
-        entry.edges = Some((buffer, 2 * edges.len() as u32));
+        entry.edges = Some((buffer, count));
     }
     Ok(())
 }
@@ -204,11 +207,12 @@ pub(crate) fn ensure_normal_lines(
     Ok(())
 }
 
-fn check(scene: &Scene, mesh: &Mesh) -> Result<(), RenderError> {
+fn check(mesh: &Mesh) -> Result<(), RenderError> {
     let fault = |reason: String| Err(RenderError::Mesh { mesh: mesh.name.clone(), reason });
     let count = mesh.positions.len();
-    if u32::try_from(mesh.indices.len()).is_err() || u32::try_from(count).is_err() {
-        return fault("it has more than 4294967295 vertices or indices".into());
+    // Line lists of normals have twice as many vertices.
+    if u32::try_from(mesh.indices.len()).is_err() || u32::try_from(2 * count).is_err() {
+        return fault("it has more than 4294967295 indices or 2147483647 vertices".into());
     }
     let same = |what: &str, length: usize| {
         if length == count { Ok(()) } else { Err(format!("it has {count} positions but {length} {what}")) }
@@ -233,13 +237,6 @@ fn check(scene: &Scene, mesh: &Mesh) -> Result<(), RenderError> {
         let end = u64::from(subset.first_index) + u64::from(subset.index_count);
         if end > mesh.indices.len() as u64 {
             return fault(format!("subset {index} ends at index {end} of {}", mesh.indices.len()));
-        }
-        if subset.material.index() >= scene.materials.len() {
-            return fault(format!(
-                "subset {index} refers to material {} of {}",
-                subset.material.0,
-                scene.materials.len()
-            ));
         }
     }
     Ok(())

@@ -64,7 +64,7 @@ impl OverlayTable {
         if overlays.wireframe || overlays.normals.is_some() {
             for DrawnMesh { mesh, frame, instances, .. } in list.meshes.iter().cloned() {
                 let data = &scene.meshes[mesh];
-                let entry = meshes.ensure(uploader, scene, data, frame)?;
+                let entry = meshes.ensure(uploader, data, frame)?;
                 if overlays.wireframe {
                     ensure_edges(uploader, entry, data)?;
                     let kind = OverlayKind::Edges { mesh, instances: instances.clone() };

@@ -160,7 +160,7 @@ impl Renderer {
         let scopes = Scopes::open(&self.gpu);
         let result = run(self);
         let reported = scopes.close(&self.gpu, during);
-        if reported.is_err() {
+        if reported.is_err() && self.gpu.lost().is_none() {
             *self = Self { picture: self.picture, ..Self::new(self.gpu.clone()) };
         }
         reported.and(result)

@@ -143,9 +143,8 @@ fn read_row(image: &Image, meaning: Meaning, y: u32, out: &mut [Texel]) {
     }
 }
 
-/// Bytes of texels in the texture's format.
+/// Appends the bytes of texels in the texture's format.
 fn encode(texels: &[Texel], format: wgpu::TextureFormat, out: &mut Vec<u8>) {
-    out.clear();
     match format {
         wgpu::TextureFormat::Rgba16Float => {
             out.reserve(8 * texels.len());
@@ -220,11 +219,11 @@ fn upload(
         if let Some(bytes) = bytes {
             uploader.write_level(&texture, 0, base, texel_bytes, bytes);
         } else {
-            let mut texels = vec![[0.0; 4]; image.width as usize * image.height as usize];
-            for (y, row) in (0..).zip(texels.chunks_exact_mut(image.width as usize)) {
-                read_row(image, meaning, y, row);
+            let mut row = vec![[0.0; 4]; image.width as usize];
+            for y in 0..image.height {
+                read_row(image, meaning, y, &mut row);
+                encode(&row, format, &mut buffer);
             }
-            encode(&texels, format, &mut buffer);
             uploader.write_level(&texture, 0, base, texel_bytes, &buffer);
         }
     }
@@ -238,6 +237,7 @@ fn upload(
             }),
         };
         if level >= skipped {
+            buffer.clear();
             encode(&next.texels, format, &mut buffer);
             uploader.write_level(&texture, level - skipped, (next.width, next.height), texel_bytes, &buffer);
         }

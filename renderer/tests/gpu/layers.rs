@@ -343,3 +343,26 @@ fn layers_and_coordinates_can_be_shown_alone() {
         assert_color(picture.center(), Vec3::splat(0.2));
     }
 }
+
+#[test]
+fn anisotropic_filtering_keeps_detail_at_grazing_angles() {
+    let Some(mut renderer) = renderer() else { return };
+    // Stripes along the view on a floor: across it they are wide enough, along it there is nothing to blur.
+    let mut scene = scene_of(quad(), glow(Vec3::ONE), vec![dark()]);
+    let stripes = image8(64, 64, |x, _| if x / 4 % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] });
+    let used = layer(&mut scene, stripes);
+    set(&mut scene, Layer::Diffuse, used);
+    let position = Vec3::new(0.0, -3.0, 0.3);
+    let camera = Camera { position, target: Vec3::ZERO, up: Vec3::Z, ..perspective(position) };
+    let mut contrast = |anisotropy: u16| {
+        let filtered = RenderOptions { anisotropy, ..options() };
+        let picture = draw_sized(&mut renderer, &scene, &camera, &filtered, 256, 128).save("anisotropy");
+        let row = (90..166).map(|x| i32::from(picture.at(x, 66)[0]));
+        let values: Vec<i32> = row.collect();
+        values.windows(2).map(|pair| (pair[0] - pair[1]).abs()).sum::<i32>()
+    };
+    let (off, on) = (contrast(1), contrast(16));
+    assert!(on > 2 * off, "{on} against {off}");
+    // Beyond the range counts as its end.
+    assert_eq!((contrast(0), contrast(999)), (off, on));
+}

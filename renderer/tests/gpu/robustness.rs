@@ -164,6 +164,11 @@ fn contradictions_are_told() {
     told(&mut renderer, &broken(&|mesh| mesh.frames = vec![MeshFrame::default()]), "0 positions in frame 1");
     told(&mut renderer, &broken(&|mesh| mesh.subsets[0].material = MaterialId(9)), "material 9 of 1");
     told(&mut renderer, &broken(&|mesh| mesh.subsets[0].first_index = u32::MAX), "ends at index 4294967301 of 6");
+    // Also if the mesh was drawn before, in a scene with more materials.
+    let mut scene = scene_of(quad(), black(), vec![]);
+    draw(&mut renderer, &scene, &front(), &options());
+    scene.materials.clear();
+    told(&mut renderer, &scene, "material 0 of 0");
     let mut scene = scene_of(quad(), black(), vec![]);
     scene.nodes[0].mesh = Some(MeshId(4));
     told(&mut renderer, &scene, "mesh 4 of 1");
