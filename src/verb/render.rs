@@ -1,9 +1,9 @@
 //! `aam render`: pictures without a window.
 
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use std::process::ExitCode;
-
+use aam_convert::Progress;
 use aam_renderer::{Gpu, GpuError, Msaa, RenderOptions, Renderer};
 use aam_scene::{Background, Camera, Image, Scene, Shading, View};
 
@@ -17,6 +17,9 @@ use crate::{args, camera, human};
 
 /// Warnings about a file that are shown without `-v`.
 const SHOWN: usize = 5;
+
+/// Steps of one picture's progress.
+const PERCENT: u64 = 100;
 
 /// How long each step took.
 #[derive(Default)]
@@ -48,12 +51,12 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<ExitCode, Fa
     let pictures = args.turntable.unwrap_or(1);
     let mut bytes = 0;
     for number in 0..pictures {
-        progress_of(&progress, number, pictures);
+        tell_progress(&progress, number, args, &engine);
         let camera = match args.turntable {
             Some(count) => camera::turned(&base, scene.up, number as f32 / count as f32),
             None => base.clone(),
         };
-        let image = engine.draw(args, &scene, camera, &mut times)?;
+        let image = engine.draw(args, &scene, camera, &mut times, &progress)?;
         if number == 0 && engine.lit_by_camera() {
             terminal.note("the scene has no lights; it is lit by one at the camera");
         }
@@ -155,12 +158,14 @@ fn apply(args: &RenderArgs, scene: &mut Scene) {
     }
 }
 
-fn progress_of(progress: &Bar, number: u32, pictures: u32) {
-    use aam_convert::Progress;
-    if number == 0 {
-        progress.stage("Drawing", if pictures > 1 { u64::from(pictures) } else { 0 });
+/// Pictures of a turntable, or parts of one picture where the engine tells them.
+fn tell_progress(progress: &Bar, number: u32, args: &RenderArgs, engine: &Drawer) {
+    match (args.turntable, engine) {
+        (Some(count), _) if number == 0 => progress.stage("drawing", u64::from(count)),
+        (Some(_), _) => progress.step(u64::from(number)),
+        (None, Drawer::Reference { .. }) => progress.stage("drawing", PERCENT),
+        (None, Drawer::Gpu { .. }) => progress.stage("drawing", 0),
     }
-    progress.step(u64::from(number));
 }
 
 /// One of the two that draw.
@@ -193,7 +198,14 @@ fn choose_engine(
 }
 
 impl Drawer {
-    fn draw(&mut self, args: &RenderArgs, scene: &Scene, camera: Camera, times: &mut Times) -> Result<Image, Failure> {
+    fn draw(
+        &mut self,
+        args: &RenderArgs,
+        scene: &Scene,
+        camera: Camera,
+        times: &mut Times,
+        progress: &Bar,
+    ) -> Result<Image, Failure> {
         let view = View { camera, width: args.size.width, height: args.size.height, frame: args.frame };
         match self {
             Self::Gpu { renderer, msaa, camera_light } => {
@@ -208,9 +220,11 @@ impl Drawer {
                 Ok(image)
             }
             Self::Reference { camera_light } => {
+                let told = |fraction: f32| progress.step((fraction * PERCENT as f32) as u64);
                 let options = aam_reference::Options {
                     samples_per_pixel: args.samples,
                     shadows: args.shadows,
+                    progress: args.turntable.is_none().then_some(&told),
                     ..aam_reference::Options::default()
                 };
                 let (image, stats) = aam_reference::render(scene, &view, &options).map_err(Failure::new)?;

@@ -4,9 +4,9 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use aam_convert::Progress;
+use aam_convert::{Format, Progress};
 use aam_renderer::Msaa;
-use aam_scene::NodeId;
+use aam_scene::{NodeId, SceneFile};
 use aam_view::{Opened, Opener, Options, Outline, Saver, ViewError};
 
 use crate::cli::{ReadArgs, ViewArgs};
@@ -18,7 +18,16 @@ use crate::{open, outlines};
 pub(crate) fn run(args: &ViewArgs, _terminal: &Terminal) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.file {
         // Said here, where it can be mended, rather than in a window.
-        std::fs::metadata(file).map_err(|error| Failure::io(file, "read", &error))?;
+        let meta = std::fs::metadata(file).map_err(|error| Failure::io(file, "read", &error))?;
+        if meta.is_dir() {
+            return Err(
+                Failure::new(format_args!("{}: cannot read: it is a folder", file.display())).help("name a file in it")
+            );
+        }
+        if Format::of(file).is_none() && !SceneFile::is_one(file) {
+            return Err(Failure::new(format_args!("{}: unknown format", file.display()))
+                .help(format_args!("known extensions are {}", open::FORMATS)));
+        }
     }
     let read = Arc::new(args.read.clone());
     let opener: Opener = Arc::new(move |path: &Path, stage: &dyn Fn(&str)| opened(path, &read, stage));

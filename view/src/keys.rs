@@ -50,9 +50,9 @@ pub(crate) fn actions(context: &Context) -> Vec<Action> {
             actions.push(Action::Save);
         }
         for (key, action) in PRESSED {
-            if input.consume_key(Modifiers::NONE, key) {
-                actions.push(action);
-            }
+            // Slow frames may hold several presses.
+            let presses = input.count_and_consume_key(Modifiers::NONE, key);
+            actions.extend(std::iter::repeat_n(action, presses));
         }
         actions
     })

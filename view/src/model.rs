@@ -1,18 +1,22 @@
 //! What the window shows and what the user changed in it.
 
+mod draw;
+#[cfg(test)]
+mod tests;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use aam_renderer::{FrameStats, Msaa, Overlays, RenderOptions, Renderer, Shape, Show, Target};
-use aam_scene::{Aabb, Background, Layer, Light, NodeId, Scene, View};
+use aam_renderer::{FrameStats, Msaa, Shape, Show};
+use aam_scene::{Aabb, Background, Layer, Light, NodeId, Scene};
 use glam::Affine3A;
 
 use crate::eye::{Eye, Side};
 use crate::load::Loader;
 use crate::playback::Playback;
 use crate::watch::Watch;
-use crate::{Opened, Options, Saver, pose, screenshot};
+use crate::{Opened, Options, Saver, pose};
 
 /// How long a message stays.
 const NOTICE: Duration = Duration::from_secs(6);
@@ -290,13 +294,7 @@ impl Model {
                 self.stale = true;
             }
             Action::NextLayer => {
-                self.display.show = match self.display.show {
-                    Show::Lit => Show::Layer(Layer::Diffuse),
-                    Show::Layer(Layer::Diffuse) => Show::Layer(Layer::LightMap),
-                    Show::Layer(Layer::LightMap) => Show::Layer(Layer::Normal),
-                    Show::Layer(Layer::Normal) => Show::Layer(Layer::Displacement),
-                    _ => Show::Lit,
-                };
+                self.display.show = self.next_layer();
                 self.stale = true;
             }
             Action::Wireframe => self.toggle(|display| &mut display.wireframe),
@@ -319,6 +317,17 @@ impl Model {
             Action::Reload => self.reload(),
             Action::Screenshot | Action::Panels | Action::Help | Action::Quit => {}
         }
+    }
+
+    /// The next layer that some material has, or the lit picture after the last.
+    fn next_layer(&self) -> Show {
+        let materials = self.opened.as_ref().map_or(&[][..], |opened| &opened.scene.materials);
+        let first = match self.display.show {
+            Show::Layer(shown) => shown as usize + 1,
+            _ => 0,
+        };
+        let used = |layer: &&Layer| materials.iter().any(|material| material.layers[**layer as usize].is_some());
+        Layer::ALL.iter().skip(first).find(used).map_or(Show::Lit, |layer| Show::Layer(*layer))
     }
 
     fn toggle(&mut self, which: impl FnOnce(&mut Display) -> &mut bool) {
@@ -407,73 +416,6 @@ impl Model {
         self.asked_to_quit = Some(Instant::now());
         self.complain("Not saved: Ctrl S saves, the same key again closes without saving.");
         false
-    }
-
-    fn options(&mut self) -> RenderOptions {
-        let mut shapes = Vec::new();
-        let world = self.world();
-        if let (Some(opened), Some(id)) = (&self.opened, self.selected) {
-            shapes.extend(pose::selection_shape(&pose::bounds_below(&opened.scene, &world, id)));
-        }
-        let mut normals = None;
-        if let Some(opened) = &self.opened {
-            if self.display.hulls {
-                let key = (self.generation, self.frame());
-                if self.outlines.as_ref().is_none_or(|(generation, frame, _)| (*generation, *frame) != key) {
-                    self.outlines = Some((key.0, key.1, pose::outline_shape(&opened.outlines, &world)));
-                }
-                shapes.extend(self.outlines.as_ref().and_then(|(_, _, shape)| shape.clone()));
-            }
-            if self.display.normals {
-                normals = Some(0.02 * opened.scene.bounds().diagonal());
-            }
-        }
-        RenderOptions {
-            msaa: self.msaa,
-            show: self.display.show,
-            overlays: Overlays { wireframe: self.display.wireframe, normals, bounds: self.display.bounds, shapes },
-            ..RenderOptions::default()
-        }
-    }
-
-    fn view(&self, width: u32, height: u32) -> View {
-        View { camera: self.eye.camera(), width, height, frame: self.frame() as f32 }
-    }
-
-    /// Draws the picture.
-    pub(crate) fn draw(&mut self, renderer: &mut Renderer, target: &Target<'_>, width: u32, height: u32) {
-        self.stale = self.settling > 0;
-        self.settling = self.settling.saturating_sub(1);
-        let options = self.options();
-        let view = self.view(width, height);
-        let Some(opened) = &self.opened else { return };
-        match renderer.render(&opened.scene, &view, &options, target) {
-            Ok(stats) => {
-                if let Some(warning) = stats.warnings.first() {
-                    let warning = warning.clone();
-                    self.complain(warning);
-                }
-                self.stats = stats;
-            }
-            Err(error) => self.problem = Some(error.to_string()),
-        }
-    }
-
-    /// Writes a picture of the view to the current folder.
-    pub(crate) fn screenshot(&mut self, renderer: &mut Renderer, width: u32, height: u32) {
-        let options = self.options();
-        let view = self.view(width, height);
-        let Some(opened) = &self.opened else { return };
-        let name = self.path.as_deref().map_or_else(|| "view".into(), file_name);
-        let stem = name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("view");
-        let saved = renderer
-            .render_to_image(&opened.scene, &view, &options)
-            .map_err(|error| error.to_string())
-            .and_then(|(picture, _)| screenshot::save(Path::new("."), stem, &picture));
-        match saved {
-            Ok(path) => self.say(format!("Picture saved as {}", file_name(&path))),
-            Err(reason) => self.complain(format!("no picture: {reason}")),
-        }
     }
 
     /// The window's title.
