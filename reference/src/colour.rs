@@ -29,6 +29,5 @@ pub(crate) fn saturate(colour: Vec3) -> Vec3 {
 
 /// [`saturate`] for one channel.
 pub(crate) fn saturate_one(value: f32) -> f32 {
-    // The order of arguments turns a not-a-number into 0.
-    value.max(0.0).min(1.0)
+    if value > 0.0 { value.min(1.0) } else { 0.0 }
 }

@@ -26,6 +26,9 @@ pub(crate) struct Instance<'a> {
     pub(crate) winding: f32,
 }
 
+/// What instances of a mesh share: where its surfaces begin, and its normals.
+type Shared<'a> = (usize, Arc<Cow<'a, [Vec3]>>);
+
 impl<'a> Instance<'a> {
     fn new(mesh: &'a Mesh, normals: Arc<Cow<'a, [Vec3]>>, world: &Affine3A) -> Self {
         let linear = Mat3::from(world.matrix3);
@@ -159,8 +162,7 @@ impl<'a> Geometry<'a> {
         };
         geometry.corners.reserve(count);
         geometry.faces.reserve(count);
-        // What instances of a mesh share: where its surfaces begin, and its normals.
-        let mut shared: Vec<Option<(usize, Arc<Cow<'a, [Vec3]>>)>> = vec![None; scene.meshes.len()];
+        let mut shared: Vec<Option<Shared<'a>>> = vec![None; scene.meshes.len()];
         for (node, mesh_index, mesh) in drawn() {
             let (first_surface, normals) = shared[mesh_index].get_or_insert_with(|| {
                 let first = geometry.surfaces.len();
