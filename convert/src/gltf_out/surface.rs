@@ -110,8 +110,85 @@ pub(super) fn untinted(phong: &Phong, untint: [f32; 3]) -> (MetallicRoughness, P
     if material.metallic == 0.0 && material.dielectric_f0 == [phong::DEFAULT_F0; 3] && fits(&material, &dielectric) {
         return (material, dielectric);
     }
+    if let Some(material) = half_metal(phong, untint) {
+        return (material, from_metallic_roughness(&material));
+    }
     let highlight = Phong { specular, ..*phong };
     (to_metallic_roughness(&highlight), highlight)
+}
+
+/// The material between dielectric and metal that the importer takes to these terms, if there is one. For a metallic and a
+/// roughness the diffuse colour gives the base colour; the pair that fits the other terms best is searched for, from a
+/// grid down (the exponent does not fall evenly with roughness, so that nothing simpler finds it).
+fn half_metal(phong: &Phong, untint: [f32; 3]) -> Option<MetallicRoughness> {
+    const STARTS: usize = 8;
+    const ROUNDS: u32 = 24;
+    if phong.exponent <= 0.0 {
+        return None;
+    }
+    let wanted = phong.diffuse.map(phong::decode_srgb);
+    let attempt = |metallic: f32, roughness: f32| {
+        let (metallic, roughness) = (metallic.clamp(0.0, 1.0), roughness.clamp(0.0, 1.0));
+        let black =
+            MetallicRoughness { base_color: [0.0; 3], metallic: 0.0, roughness, ..MetallicRoughness::default() };
+        let share = phong::decode_srgb(from_metallic_roughness(&black).diffuse[0]) / phong::DEFAULT_F0;
+        let surface = share * phong::DEFAULT_F0 * (1.0 - metallic);
+        let body = (1.0 - metallic) * (1.0 - phong::DEFAULT_F0) + share * metallic;
+        let base = |channel: usize| ((wanted[channel] - untint[channel] * surface) / body.max(1e-6)).clamp(0.0, 1.0);
+        let material = MetallicRoughness { base_color: std::array::from_fn(base), metallic, ..black };
+        (far(&tinted(&material, untint), phong), material)
+    };
+    let grid = (0..=40_u8).flat_map(|m| (1..=40_u8).map(move |r| (f32::from(m) / 40.0, f32::from(r) / 40.0)));
+    let mut starts: Vec<_> = grid.map(|(metallic, roughness)| attempt(metallic, roughness)).collect();
+    starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    starts.truncate(STARTS);
+    let refined = starts.into_iter().map(|mut best| {
+        let mut step = 0.025;
+        for _ in 0..ROUNDS {
+            let (metallic, roughness) = (best.1.metallic, best.1.roughness);
+            let around = [-step, 0.0, step].into_iter().flat_map(|m| [-step, 0.0, step].map(|r| (m, r)));
+            let next = around.map(|(m, r)| attempt(metallic + m, roughness + r)).min_by(|a, b| a.0.total_cmp(&b.0));
+            match next {
+                Some(next) if next.0 < best.0 => best = next,
+                _ => step *= 0.5,
+            }
+        }
+        best
+    });
+    let (distance, material) = refined.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (distance < 1.0 / 256.0).then_some(material)
+}
+
+/// The largest difference of any colour, or a tenth of the exponents' relative one.
+fn far(a: &Phong, b: &Phong) -> f32 {
+    let colors = [(a.ambient, b.ambient), (a.diffuse, b.diffuse), (a.specular, b.specular)];
+    let exponents = 0.1 * (a.exponent - b.exponent).abs() / a.exponent.max(b.exponent).max(f32::MIN_POSITIVE);
+    colors.iter().flat_map(|(a, b)| a.iter().zip(b)).map(|(a, b)| (a - b).abs()).fold(exponents, f32::max)
+}
+
+/// What the importer makes of a material under a texture: what the dielectric surface gives back is multiplied.
+fn tinted(material: &MetallicRoughness, untint: [f32; 3]) -> Phong {
+    let whole = from_metallic_roughness(material);
+    let bare = from_metallic_roughness(&MetallicRoughness { base_color: [0.0; 3], ..*material });
+    let times = |whole: [f32; 3], part: [f32; 3]| -> [f32; 3] {
+        std::array::from_fn(|channel| {
+            let part = (untint[channel] - 1.0) * phong::decode_srgb(part[channel]);
+            phong::encode_srgb((phong::decode_srgb(whole[channel]) + part).clamp(0.0, 1.0))
+        })
+    };
+    let specular = |channel: usize| {
+        let dielectric = material.dielectric_f0[channel] * (1.0 - material.metallic);
+        let all = dielectric + material.base_color[channel] * material.metallic;
+        let share = if all > 0.0 { dielectric / all } else { 0.0 };
+        let whole = phong::decode_srgb(whole.specular[channel]);
+        phong::encode_srgb((whole * (1.0 + (untint[channel] - 1.0) * share)).clamp(0.0, 1.0))
+    };
+    Phong {
+        ambient: times(whole.ambient, bare.ambient),
+        diffuse: times(whole.diffuse, bare.diffuse),
+        specular: std::array::from_fn(specular),
+        exponent: whole.exponent,
+    }
 }
 
 /// The roughness up to which `above` holds.
@@ -131,27 +208,6 @@ fn bisect(above: impl Fn(f32) -> bool) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// What the importer does: multiplies what the dielectric surface alone gives back.
-    fn tinted(material: &MetallicRoughness, untint: [f32; 3]) -> Phong {
-        let whole = from_metallic_roughness(material);
-        let bare = from_metallic_roughness(&MetallicRoughness { base_color: [0.0; 3], metallic: 0.0, ..*material });
-        let times = |whole: [f32; 3], part: [f32; 3]| -> [f32; 3] {
-            std::array::from_fn(|channel| {
-                let part = (untint[channel] - 1.0) * phong::decode_srgb(part[channel]);
-                phong::encode_srgb((phong::decode_srgb(whole[channel]) + part).clamp(0.0, 1.0))
-            })
-        };
-        let specular: [f32; 3] = std::array::from_fn(|channel| {
-            phong::encode_srgb((phong::decode_srgb(whole.specular[channel]) * untint[channel]).min(1.0))
-        });
-        Phong {
-            ambient: times(whole.ambient, bare.ambient),
-            diffuse: times(whole.diffuse, bare.diffuse),
-            specular,
-            exponent: whole.exponent,
-        }
-    }
 
     #[test]
     fn what_the_importer_did_is_undone() {
@@ -179,6 +235,18 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn half_metals_give_the_same_terms_again() {
+        for (metallic, roughness) in [(0.3, 0.5), (0.7, 0.4), (0.9, 0.7)] {
+            let base_color = [0.9, 0.8, 0.7];
+            let material = MetallicRoughness { base_color, metallic, roughness, ..MetallicRoughness::default() };
+            let phong = tinted(&material, [2.0, 2.5, 3.0]);
+            let (back, _) = untinted(&phong, [2.0, 2.5, 3.0]);
+            let again = tinted(&back, [2.0, 2.5, 3.0]);
+            assert!(far(&again, &phong) < 1.0 / 256.0, "{material:?} {back:?} {phong:?} {again:?}");
         }
     }
 

@@ -267,3 +267,35 @@ fn every_real_file_comes_back() {
     }
     println!("{} files: {all:?}", sources.len());
 }
+
+/// What was mapped from metallic-roughness once stays as it is on every further trip.
+#[test]
+fn materials_of_real_gltf_files_do_not_drift() {
+    let Some(sources) = corpus("gltf", &["gltf", "glb"]) else { return };
+    let mut worst = [0.0_f32; 5];
+    for source in &sources {
+        let first = import(source, &ImportOptions::default(), &Silent).unwrap();
+        let second = there_and_back(&first, &ImportOptions::default());
+        let (old, new) = (Materials::of(&first.document), Materials::of(&second));
+        for a in old.leaves() {
+            let b = new.leaves().iter().find(|b| b.name == a.name).expect("a material of that name");
+            let apart = |a: Vec3, b: Vec3| (a - b).abs().max_element();
+            let exponent = (a.exponent - b.exponent).abs() / a.exponent.max(1.0);
+            let here = [
+                apart(a.ambient, b.ambient),
+                apart(a.diffuse, b.diffuse),
+                apart(a.specular, b.specular),
+                exponent,
+                apart(a.emission, b.emission),
+            ];
+            println!("{} {}: {here:?}", source.file_name().unwrap().display(), a.name);
+            worst.iter_mut().zip(here).for_each(|(worst, here)| *worst = worst.max(here));
+            assert_eq!((a.opacity, a.alpha_cutoff), (b.opacity, b.alpha_cutoff), "{}", a.name);
+        }
+    }
+    println!("Am, Di, Sp, n, SI: {worst:?}");
+    assert!(
+        worst[0] < 0.005 && worst[1] < 0.005 && worst[2] < 0.005 && worst[3] < 0.01 && worst[4] < 1e-3,
+        "{worst:?}"
+    );
+}
