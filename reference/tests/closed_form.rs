@@ -142,7 +142,7 @@ fn slanted_textures_are_averaged_over_the_pixels_true_area() {
     // Stripes along the viewing direction, at a slant where a pixel is 50 texels deep and 2 wide. A level for the longer
     // side alone blurs them away.
     let mut scene = scene(vec![quad(0.0)], chalk(), straight_down());
-    let stripes = |x: u32, _: u32| [if x / 8 % 2 == 0 { 0 } else { 255 }, 0, 0, 255];
+    let stripes = |x: u32, _: u32| [if (x / 8).is_multiple_of(2) { 0 } else { 255 }, 0, 0, 255];
     put_texture(&mut scene, Layer::Diffuse, image(64, 256, stripes));
     let mut view = from_above(64);
     view.camera.position = Vec3::new(0.0, -5.0, 0.4);

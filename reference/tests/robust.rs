@@ -118,8 +118,7 @@ fn impossible_requests_are_refused_with_a_reason() {
         breakage(&mut view);
         assert!(matches!(refuse(&view, 1), Error::Camera(_)));
     }
-    let mut many = Scene::default();
-    many.lights = vec![light(straight_down()); 65];
+    let many = Scene { lights: vec![light(straight_down()); 65], ..Scene::default() };
     assert_eq!(render(&many, &view, &Options::default()).unwrap_err(), Error::Lights(65));
 }
 
