@@ -72,8 +72,8 @@ fn check(camera: &Camera) -> Result<(), String> {
 }
 
 /// Camera to clip space with depth 1 near … 0 far. With a float depth buffer this keeps the relative precision of
-/// distances the same over the whole range, since the density of floats near 0 makes up for the division by distance (Reed, "Depth
-/// Precision Visualized", 2015).
+/// distances the same over the whole range, since the density of floats near 0 makes up for the division by distance
+/// (Reed, "Depth Precision Visualized", 2015). Only wgpu's GL backend, which takes depth through −1 … 1, gains nothing.
 fn reversed_projection(camera: &Camera, aspect: f64) -> DMat4 {
     let (near, far) = (f64::from(camera.near), f64::from(camera.far));
     match camera.projection {

@@ -1,6 +1,7 @@
 //! Pipelines: each is built when something first needs it, and kept.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use crate::draws::Instance;
 use crate::lights::LightEnds;
@@ -158,13 +159,12 @@ impl Pipelines {
         if self.pipelines.contains_key(&key) {
             return Ok(());
         }
-        if !self.modules.contains_key(&key.program) {
+        if let Entry::Vacant(place) = self.modules.entry(key.program) {
             let text = source(&key.program)?;
-            let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+            place.insert(gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(&format!("{:?}", key.program)),
                 source: wgpu::ShaderSource::Wgsl(text.into()),
-            });
-            self.modules.insert(key.program, module);
+            }));
         }
         let pipeline = self.build(gpu, key);
         self.pipelines.insert(key, pipeline);

