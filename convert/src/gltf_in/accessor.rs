@@ -2,6 +2,7 @@
 
 use super::buffers::Buffers;
 use super::fault::{Checked, Fault};
+use super::limits;
 use super::model::{Accessor, Component, Kind, Model};
 
 /// Which elements of an accessor are wanted.
@@ -37,15 +38,29 @@ pub(super) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// An accessor, if it has this shape.
+    /// An accessor, if it has this shape and its bytes are there.
     fn expect(&self, accessor: usize, kinds: &[Kind], usage: &str) -> Checked<&'a Accessor> {
         let accessor = &self.model.accessors[accessor];
         if kinds.contains(&accessor.kind) {
+            let sparse = accessor.sparse.as_ref().map(|sparse| [sparse.index_view, sparse.value_view]);
+            for view in accessor.view.into_iter().chain(sparse.into_iter().flatten()) {
+                self.buffers.check(&self.model.views[view])?;
+            }
+            if accessor.view.is_none() && accessor.count > self.buffers.bytes().max(limits::ZERO_FILLED) {
+                let message =
+                    format!("{} elements without a buffer view are more than the file has bytes", accessor.count);
+                return Err(Fault::broken(format!("{}/count", accessor.place), message));
+            }
             return Ok(accessor);
         }
         let wanted: Vec<_> = kinds.iter().map(|kind| kind.word()).collect();
         let message = format!("{usage} needs {}, found {}", wanted.join(" or "), accessor.kind.word());
         Err(Fault::broken(format!("{}/type", accessor.place), message))
+    }
+
+    /// How many positions an accessor holds, each with bytes behind it.
+    pub(super) fn position_count(&self, accessor: usize) -> Checked<usize> {
+        Ok(self.expect(accessor, &[Kind::Vec3], "POSITION")?.count)
     }
 
     /// Rows of `N` numbers.

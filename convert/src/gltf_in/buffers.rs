@@ -15,7 +15,17 @@ use super::uri::{self, Source};
 /// The bytes of every buffer.
 #[derive(Debug)]
 pub(super) struct Buffers {
-    data: Vec<(Arc<Vec<u8>>, Range<usize>)>,
+    data: Vec<Data>,
+}
+
+#[derive(Debug)]
+enum Data {
+    There(Arc<Vec<u8>>, Range<usize>),
+    /// Nothing says where the bytes are. That is no fault until something needs them.
+    Absent {
+        place: String,
+        filled_by: Option<&'static str>,
+    },
 }
 
 impl Buffers {
@@ -50,12 +60,11 @@ impl Buffers {
                     let range = 0..bytes.len();
                     (bytes, range)
                 }
-                None => match (&binary, number, buffer.filled_by) {
-                    (Some(range), 0, _) => (Arc::clone(file), range.clone()),
-                    (_, _, Some(extension)) => return Err(extensions::meshopt(extension)),
+                None => match (&binary, number) {
+                    (Some(range), 0) => (Arc::clone(file), range.clone()),
                     _ => {
-                        let message = "is missing, and there is no binary chunk that could stand for it";
-                        return Err(Fault::broken(place, message));
+                        data.push(Data::Absent { place, filled_by: buffer.filled_by });
+                        continue;
                     }
                 },
             };
@@ -63,14 +72,34 @@ impl Buffers {
                 let message = format!("{} bytes are promised, but there are {}", buffer.length, range.len());
                 return Err(Fault::broken(format!("{}/byteLength", buffer.place), message));
             }
-            data.push((bytes, range.start..range.start + buffer.length));
+            data.push(Data::There(bytes, range.start..range.start + buffer.length));
         }
         Ok(Self { data })
     }
 
-    /// The bytes of a view; its range was checked against the buffer's length.
+    /// How many bytes all buffers have.
+    pub(super) fn bytes(&self) -> usize {
+        let lengths = self.data.iter().map(|data| match data {
+            Data::There(_, range) => range.len(),
+            Data::Absent { .. } => 0,
+        });
+        lengths.fold(0, usize::saturating_add)
+    }
+
+    /// Checks that the bytes of a view are there.
+    pub(super) fn check(&self, view: &View) -> Checked<()> {
+        match &self.data[view.buffer] {
+            Data::There(..) => Ok(()),
+            Data::Absent { filled_by: Some(extension), .. } => Err(extensions::meshopt(extension)),
+            Data::Absent { place, filled_by: None } => {
+                Err(Fault::broken(place, "is missing, and there is no binary chunk that could stand for it"))
+            }
+        }
+    }
+
+    /// The bytes of a view; its range was checked against the buffer's length. None where they are not there.
     pub(super) fn view(&self, view: &View) -> &[u8] {
-        let (bytes, range) = &self.data[view.buffer];
+        let Data::There(bytes, range) = &self.data[view.buffer] else { return &[] };
         bytes.get(range.clone()).and_then(|buffer| buffer.get(view.offset..view.offset + view.length)).unwrap_or(&[])
     }
 }

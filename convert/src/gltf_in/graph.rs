@@ -22,6 +22,8 @@ pub(super) struct Graph {
     pub scene: Vec<usize>,
     /// How many nodes of the scene, with their descendants, the file hides.
     pub hidden: usize,
+    /// How many nodes the scene lists as roots that have a parent.
+    pub false_roots: usize,
 }
 
 impl Graph {
@@ -51,7 +53,7 @@ impl Graph {
             let place = format!("{}/children/{child}", model.nodes[parent].place);
             return Err(Fault::broken(place, format!("node {lost} is its own ancestor")));
         }
-        let mut graph = Self { parents, order, scene: Vec::new(), hidden: 0 };
+        let mut graph = Self { parents, order, scene: Vec::new(), hidden: 0, false_roots: 0 };
         let roots = match model.scene {
             Some(scene) => graph.scene_roots(model, scene)?,
             None => (0..count).filter(|&node| graph.parents[node].is_none()).collect(),
@@ -61,19 +63,28 @@ impl Graph {
         Ok(graph)
     }
 
-    fn scene_roots(&self, model: &Model, scene: usize) -> Checked<Vec<usize>> {
+    /// The nodes that a scene starts from. It should list roots alone, but exporters list nodes whose parent is not in the
+    /// scene; these stand as roots. A node whose ancestor is listed too comes with that one.
+    fn scene_roots(&mut self, model: &Model, scene: usize) -> Checked<Vec<usize>> {
         let mut listed = vec![false; model.nodes.len()];
         for (at, &root) in model.scenes[scene].roots.iter().enumerate() {
-            let place = format!("/scenes/{scene}/nodes/{at}");
-            if let Some(parent) = self.parents[root] {
-                let message = format!("node {root} is no root: it is a child of node {parent}");
-                return Err(Fault::broken(place, message));
-            }
             if std::mem::replace(&mut listed[root], true) {
+                let place = format!("/scenes/{scene}/nodes/{at}");
                 return Err(Fault::broken(place, format!("node {root} stands twice in the scene")));
             }
         }
-        Ok(model.scenes[scene].roots.clone())
+        let mut below = vec![false; model.nodes.len()];
+        for &node in &self.order {
+            below[node] = self.parents[node].is_some_and(|parent| listed[parent] || below[parent]);
+        }
+        let mut roots = model.scenes[scene].roots.clone();
+        let all = roots.len();
+        roots.retain(|&root| !below[root]);
+        self.false_roots = all - roots.len();
+        for &root in &roots {
+            self.false_roots += usize::from(self.parents[root].take().is_some());
+        }
+        Ok(roots)
     }
 
     /// Node to world for every node, from each one's transform to its parent.

@@ -173,6 +173,10 @@ fn report_scenes(model: &Model, graph: &Graph, log: &mut Log) {
         let name = scene.name.clone().unwrap_or_else(|| number.to_string());
         log.lost(&format!("scene {name:?}"), "scene", "a document holds one; the file's default scene was taken");
     }
+    if graph.false_roots > 0 {
+        let note = format!("{} nodes that the scene lists have parents; they stand without them", graph.false_roots);
+        log.changed("", "scene", note, None);
+    }
     if graph.hidden > 0 {
         log.lost("", "hidden nodes", format!("{} nodes that the file hides are not in the document", graph.hidden));
     }

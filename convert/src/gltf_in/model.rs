@@ -87,19 +87,31 @@ impl Kind {
         }
     }
 
-    /// Bytes of one element; the columns of a matrix start at multiples of four.
+    /// Bytes from one element to the next where they stand close; the columns of a matrix start at multiples of four.
     pub(super) const fn size(self, component: Component) -> usize {
-        let (columns, rows) = match self {
-            Self::Scalar => (1, 1),
-            Self::Vec2 => (1, 2),
-            Self::Vec3 => (1, 3),
-            Self::Vec4 => (1, 4),
-            Self::Mat2 => (2, 2),
-            Self::Mat3 => (3, 3),
-            Self::Mat4 => (4, 4),
-        };
+        let [columns, rows] = self.shape();
         let column = rows * component.size();
         if columns == 1 { column } else { columns * column.next_multiple_of(4) }
+    }
+
+    /// Bytes that one element needs: the last column of a matrix may end early.
+    pub(super) const fn needed(self, component: Component) -> usize {
+        let [columns, rows] = self.shape();
+        let column = rows * component.size();
+        (columns - 1) * column.next_multiple_of(4) + column
+    }
+
+    /// Columns and rows.
+    const fn shape(self) -> [usize; 2] {
+        match self {
+            Self::Scalar => [1, 1],
+            Self::Vec2 => [1, 2],
+            Self::Vec3 => [1, 3],
+            Self::Vec4 => [1, 4],
+            Self::Mat2 => [2, 2],
+            Self::Mat3 => [3, 3],
+            Self::Mat4 => [4, 4],
+        }
     }
 }
 

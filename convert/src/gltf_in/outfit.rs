@@ -22,6 +22,9 @@ use super::stage::Moment;
 /// Light colours above this need an exposure.
 const GLARING: f32 = 20.0;
 
+/// The widest field of view in radians.
+const WIDEST: f32 = 3.1;
+
 /// Adds the scene's lights and cameras to the asset. `bounds` is the box around everything, in AAM's axes.
 pub(super) fn add(
     model: &Model,
@@ -109,7 +112,13 @@ fn camera(camera: &model::Camera, name: String, world: &DAffine3, bounds: Option
     let farthest = (low - position).abs().max((high - position).abs()).length();
     let subject = format!("camera {name:?}");
     let (projection, aspect) = match camera.lens {
-        Lens::Perspective { fov_y, aspect } => (Projection::Perspective { fov_y }, aspect),
+        Lens::Perspective { fov_y, aspect } => {
+            if fov_y > WIDEST {
+                let note = format!("{fov_y} is no angle that a plane picture can have; it is {WIDEST}");
+                log.changed(&subject, "camera field of view", note, None);
+            }
+            (Projection::Perspective { fov_y: fov_y.min(WIDEST) }, aspect)
+        }
         Lens::Orthographic { half_height, half_width } => {
             (Projection::Orthographic { height: 2.0 * half_height }, Some(half_width / half_height))
         }

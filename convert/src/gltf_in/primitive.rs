@@ -69,7 +69,7 @@ pub(super) fn decode(
         }
         Mode::Triangles | Mode::Strip | Mode::Fan => {}
     }
-    let count = reader.model.accessors[position].count;
+    let count = reader.position_count(position)?;
     let indices = match primitive.indices {
         Some(accessor) => reader.indices(accessor, count)?,
         None => (0..u32::try_from(count).unwrap_or(u32::MAX)).collect(),

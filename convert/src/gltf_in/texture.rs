@@ -37,6 +37,8 @@ pub(super) struct Textures<'a> {
     options: &'a ImportOptions,
     stem: String,
     pictures: Vec<Option<Picture>>,
+    /// For each image the first one that holds the same bytes.
+    same: Vec<usize>,
     decoded: BTreeMap<usize, Option<Arc<Pixels>>>,
     decoded_bytes: usize,
     baked_pixels: u64,
@@ -68,13 +70,19 @@ impl<'a> Textures<'a> {
         if let Some((texture, extension)) = refused.first() {
             return Err(extensions::image(extension, &model.textures[*texture].place));
         }
-        let mut pictures = Vec::new();
+        let mut pictures: Vec<Option<Picture>> = Vec::new();
+        let mut same = Vec::new();
+        let mut known: BTreeMap<Arc<[u8]>, usize> = BTreeMap::new();
         let mut names = Names::default();
         for (number, image) in model.images.iter().enumerate() {
             let picture = if used[number] { find(image, model, buffers, folder, options, log)? } else { None };
             if let Some(Picture::OnDisk { name, .. } | Picture::Missing { name }) = &picture {
                 names.reserve(name);
             }
+            same.push(match &picture {
+                Some(Picture::InMemory { bytes, .. }) => *known.entry(Arc::clone(bytes)).or_insert(number),
+                _ => number,
+            });
             pictures.push(picture);
         }
         let stem = path.file_stem().map_or_else(String::new, |stem| file_stem(&stem.to_string_lossy()));
@@ -83,6 +91,7 @@ impl<'a> Textures<'a> {
             options,
             stem,
             pictures,
+            same,
             decoded: BTreeMap::new(),
             decoded_bytes: 0,
             baked_pixels: 0,
@@ -94,7 +103,8 @@ impl<'a> Textures<'a> {
 
     /// The image behind a use of a texture.
     pub(super) fn image(&self, texture: &TextureRef) -> Option<usize> {
-        self.model.textures[texture.texture].image.ok().filter(|&image| self.pictures[image].is_some())
+        let image = self.model.textures[texture.texture].image.ok()?;
+        self.pictures[image].as_ref().map(|_| self.same[image])
     }
 
     /// How a use of a texture is sampled.
@@ -268,7 +278,10 @@ fn find(
         ImageSource::Nothing => {
             return Err(Fault::broken(&image.place, "the image has neither a uri nor a bufferView"));
         }
-        ImageSource::View(view) => buffers.view(&model.views[*view]).to_vec(),
+        ImageSource::View(view) => {
+            buffers.check(&model.views[*view])?;
+            buffers.view(&model.views[*view]).to_vec()
+        }
         ImageSource::Uri(text) => {
             let place = format!("{}/uri", image.place);
             match uri::follow(text, folder, options.allow_outside, &place)? {

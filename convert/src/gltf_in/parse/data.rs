@@ -2,7 +2,6 @@
 
 use crate::gltf_in::fault::{Checked, Fault};
 use crate::gltf_in::json::At;
-use crate::gltf_in::limits;
 use crate::gltf_in::model::{
     Accessor, Buffer, Component, Image, ImageSource, Kind, Model, Sampler, Sparse, Texture, View,
 };
@@ -106,15 +105,12 @@ pub(super) fn check_ranges(model: &Model) -> Checked<()> {
             return Err(Fault::broken(format!("/bufferViews/{number}/byteLength"), message));
         }
     }
-    let bytes = model.buffers.iter().fold(0_usize, |sum, buffer| sum.saturating_add(buffer.length));
-    for accessor in &model.accessors {
-        check_accessor(model, accessor, bytes)?;
-    }
-    Ok(())
+    model.accessors.iter().try_for_each(|accessor| check_accessor(model, accessor))
 }
 
-fn check_accessor(model: &Model, accessor: &Accessor, bytes: usize) -> Checked<()> {
+fn check_accessor(model: &Model, accessor: &Accessor) -> Checked<()> {
     let size = accessor.kind.size(accessor.component);
+    let needed = accessor.kind.needed(accessor.component);
     let fits = |view: usize, offset: usize, count: usize, size: usize, stride: usize| -> Result<(), String> {
         let Some(last) = count.checked_sub(1) else { return Ok(()) };
         let length = model.views[view].length;
@@ -130,15 +126,12 @@ fn check_accessor(model: &Model, accessor: &Accessor, bytes: usize) -> Checked<(
     let place = &accessor.place;
     if let Some(view) = accessor.view {
         let stride = model.views[view].stride.unwrap_or(size);
-        if stride < size {
-            let message = format!("a stride of {stride} is less than the accessor's element of {size} bytes");
+        if stride < needed {
+            let message = format!("a stride of {stride} is less than the accessor's element of {needed} bytes");
             return Err(Fault::broken(format!("/bufferViews/{view}/byteStride"), format!("{message} ({place})")));
         }
-        fits(view, accessor.offset, accessor.count, size, stride)
+        fits(view, accessor.offset, accessor.count, needed, stride)
             .map_err(|message| Fault::broken(format!("{place}/count"), message))?;
-    } else if accessor.count > bytes.max(limits::ZERO_FILLED) {
-        let message = format!("{} elements without a buffer view are more than the file has bytes", accessor.count);
-        return Err(Fault::broken(format!("{place}/count"), message));
     }
     if let Some(sparse) = &accessor.sparse {
         if sparse.count > accessor.count {
@@ -148,7 +141,7 @@ fn check_accessor(model: &Model, accessor: &Accessor, bytes: usize) -> Checked<(
         let index_size = sparse.index_component.size();
         fits(sparse.index_view, sparse.index_offset, sparse.count, index_size, index_size)
             .map_err(|message| Fault::broken(format!("{place}/sparse/indices"), message))?;
-        fits(sparse.value_view, sparse.value_offset, sparse.count, size, size)
+        fits(sparse.value_view, sparse.value_offset, sparse.count, needed, size)
             .map_err(|message| Fault::broken(format!("{place}/sparse/values"), message))?;
     }
     Ok(())

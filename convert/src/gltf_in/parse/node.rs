@@ -88,9 +88,6 @@ pub(super) fn camera(at: &At<'_>) -> Checked<Camera> {
         "perspective" => {
             let lens = at.require("perspective")?;
             let fov_y = required(&lens, "yfov")?;
-            if fov_y >= std::f32::consts::PI {
-                return Err(lens.fault_of("yfov", format!("a field of view must be less than π, found {fov_y}")));
-            }
             let shape = Lens::Perspective { fov_y, aspect: positive(&lens, "aspectRatio")? };
             (shape, required(&lens, "znear")?, positive(&lens, "zfar")?)
         }

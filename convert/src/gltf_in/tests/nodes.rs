@@ -235,6 +235,21 @@ fn the_default_scene_is_taken() {
 }
 
 #[test]
+fn a_scene_may_list_nodes_that_have_parents() {
+    let mut file = Builder::triangle();
+    file.set("/nodes/0/children", json!([1]));
+    file.push("nodes", json!({ "mesh": 0, "name": "inner" }));
+    file.push("nodes", json!({ "children": [0], "translation": [5.0, 0.0, 0.0] }));
+    // The parent is not in the scene, and the child comes with node 0.
+    file.push("scenes", json!({ "nodes": [1, 0] }));
+    let asset = file.import();
+    let parents: Vec<i32> = asset.document.objects().iter().map(|object| object.parent).collect();
+    assert_eq!(parents, [-1, 0]);
+    assert_world(&asset, "inner", DAffine3::IDENTITY);
+    assert!(notes(&asset, "scene").contains("2 nodes"));
+}
+
+#[test]
 fn hidden_nodes_are_left_out() {
     let mut file = Builder::triangle();
     file.set("/nodes/0/extensions", json!({ "KHR_node_visibility": { "visible": false } }));

@@ -64,6 +64,16 @@ fn a_perspective_camera() {
 }
 
 #[test]
+fn an_impossible_field_of_view_is_narrowed() {
+    let mut file = Builder::triangle();
+    file.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 4.0, "znear": 0.01 } }));
+    file.push("nodes", json!({ "camera": 0 }));
+    let asset = file.import();
+    assert!(matches!(asset.cameras[0].projection, Projection::Perspective { fov_y } if fov_y < std::f32::consts::PI));
+    assert!(reported(&asset, Outcome::Changed, "camera field of view"));
+}
+
+#[test]
 fn an_orthographic_camera() {
     let mut file = Builder::triangle();
     let lens = json!({ "xmag": 2.0, "ymag": 3.0, "znear": 0.0, "zfar": 50.0 });

@@ -92,6 +92,13 @@ fn files_outside_the_folder_are_refused() {
 }
 
 #[test]
+fn a_buffer_that_nothing_needs_may_be_absent() {
+    let mut file = Builder::triangle();
+    file.set("/buffers", json!([{ "byteLength": 36 }, { "byteLength": 1_000_000_000_000_u64 }]));
+    assert_eq!(triangles(&file.import()), 1);
+}
+
+#[test]
 fn addresses_are_not_fetched() {
     for uri in ["https://example.com/a.bin", "file:///etc/passwd", "ftp://x/y"] {
         let error = with_uri(uri).try_import(&ImportOptions::default()).expect_err("no network");

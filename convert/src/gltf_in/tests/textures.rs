@@ -209,6 +209,15 @@ fn two_materials_share_a_picture() {
 }
 
 #[test]
+fn a_picture_that_is_embedded_twice_is_written_once() {
+    let picture = png(2, 2, |x, _| [x as u8, 2, 3, 255]);
+    let mut file = textured(&picture, json!({}));
+    let again = file.texture(&picture, "again");
+    file.push("materials", json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": again } } }));
+    assert_eq!(file.import().textures.into_keys().collect::<Vec<_>>(), ["model_paint.png"]);
+}
+
+#[test]
 fn clamping_is_reported_where_it_matters() {
     let mut file = textured(&png(1, 1, |_, _| [255; 4]), json!({}));
     file.push("samplers", json!({ "wrapS": 33071, "magFilter": 9728 }));
