@@ -9,7 +9,7 @@ const WIDTH: f64 = 300.0;
 const HEIGHT: f64 = 240.0;
 const LEFT: f64 = 62.0;
 const RIGHT: f64 = 22.0;
-const TOP: f64 = 78.0;
+const TOP: f64 = 94.0;
 const BOTTOM: f64 = 74.0;
 
 const INK: &str = "#222";
@@ -30,7 +30,8 @@ pub fn cost_and_error(study: &Study) -> String {
          font-family=\"sans-serif\" font-size=\"11\" fill=\"{INK}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
     );
     text(&mut svg, (LEFT, 22.0), "start", "font-size=\"15\" font-weight=\"bold\"", &study.title);
-    text(&mut svg, (LEFT, 40.0), "start", "fill=\"#666\"", &format!("{}; {}", study.machine, study.method));
+    text(&mut svg, (LEFT, 40.0), "start", "fill=\"#666\"", &study.machine);
+    text(&mut svg, (LEFT, 55.0), "start", "fill=\"#666\"", &study.method);
     for (index, scene) in scenes.iter().enumerate() {
         let rows: Vec<&Row> = study.rows.iter().filter(|row| row.scene == *scene).collect();
         let _ = writeln!(svg, "<g transform=\"translate({},{TOP})\">", LEFT + (LEFT + WIDTH + RIGHT) * index as f64);
@@ -100,7 +101,7 @@ fn panel(svg: &mut String, title: &str, rows: &[&Row]) {
 fn label_place(label: &str, (x, y): (f64, f64), dots: &[(f64, f64)], labels: &[(f64, f64, f64)]) -> (f64, f64, f64) {
     let width = 6.2 * label.chars().count() as f64;
     let around =
-        [(8.0, 0.0), (-8.0 - width, 0.0), (-0.5 * width, -13.0), (-0.5 * width, 13.0), (8.0, -12.0), (8.0, 12.0)];
+        [(-0.5 * width, -13.0), (8.0, 0.0), (-8.0 - width, 0.0), (-0.5 * width, 13.0), (8.0, -12.0), (8.0, 12.0)];
     let places = around.map(|(dx, dy)| (x + dx, y + dy, width));
     let is_free = |(left, middle, width): &(f64, f64, f64)| {
         let inside = *left >= -40.0 && left + width <= WIDTH + RIGHT && (4.0..HEIGHT - 4.0).contains(middle);
