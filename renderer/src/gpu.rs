@@ -145,8 +145,8 @@ impl Gpu {
     }
 
     fn request(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, GpuError> {
-        let adapter = pollster::block_on(find_adapter(instance, surface))
-            .map_err(|error| GpuError::NoAdapter { reason: error.to_string() })?;
+        let adapter =
+            pollster::block_on(find_adapter(instance, surface)).map_err(|reason| GpuError::NoAdapter { reason })?;
         let (device, queue) = pollster::block_on(adapter.request_device(&Self::device_descriptor(&adapter)))
             .map_err(|error| GpuError::NoDevice { adapter: adapter.get_info().name, reason: error.to_string() })?;
         let gpu = Self::from_parts(adapter, device, queue)?;
@@ -216,19 +216,46 @@ impl Gpu {
     }
 }
 
-async fn find_adapter(
-    instance: &wgpu::Instance,
-    surface: Option<&wgpu::Surface<'_>>,
-) -> Result<wgpu::Adapter, wgpu::RequestAdapterError> {
-    if std::env::var_os("WGPU_ADAPTER_NAME").is_some() {
-        return wgpu::util::initialize_adapter_from_env(instance, surface).await;
+/// The adapter that `WGPU_ADAPTER_NAME` names, or else the best one; a sentence if there is none.
+async fn find_adapter(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<wgpu::Adapter, String> {
+    if let Some(name) = std::env::var_os("WGPU_ADAPTER_NAME") {
+        return named_adapter(instance, surface, &name.to_string_lossy()).await;
     }
     let power_preference = wgpu::PowerPreference::from_env().unwrap_or(wgpu::PowerPreference::HighPerformance);
-    instance
-        .request_adapter(&wgpu::RequestAdapterOptions {
-            power_preference,
-            compatible_surface: surface,
-            ..Default::default()
-        })
-        .await
+    let options = wgpu::RequestAdapterOptions { power_preference, compatible_surface: surface, ..Default::default() };
+    instance.request_adapter(&options).await.map_err(|error| error.to_string())
+}
+
+/// The first adapter whose name contains `name`, in any case. (wgpu's own helper panics if there is none.)
+async fn named_adapter(
+    instance: &wgpu::Instance,
+    surface: Option<&wgpu::Surface<'_>>,
+    name: &str,
+) -> Result<wgpu::Adapter, String> {
+    let wanted = name.to_lowercase();
+    let mut others = Vec::new();
+    for adapter in instance.enumerate_adapters(wgpu::Backends::all()).await {
+        if surface.is_some_and(|surface| !adapter.is_surface_supported(surface)) {
+            continue;
+        }
+        let found = adapter.get_info().name;
+        if found.to_lowercase().contains(&wanted) {
+            return Ok(adapter);
+        }
+        others.push(found);
+    }
+    let others = if others.is_empty() { "there is none".to_owned() } else { format!("there is {}", others.join(", ")) };
+    Err(format!("no adapter's name contains {name:?} as WGPU_ADAPTER_NAME asks; {others}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_no_adapter_has_is_an_error_that_lists_those_there_are() {
+        let instance = Gpu::instance();
+        let error = pollster::block_on(named_adapter(&instance, None, "No Such Card")).unwrap_err();
+        assert!(error.contains("\"No Such Card\"") && error.contains("there is "), "{error}");
+    }
 }
