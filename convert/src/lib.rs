@@ -9,10 +9,12 @@ mod error;
 mod files;
 pub mod gltf_in;
 mod gltf_out;
+pub mod hulls;
 mod mesh;
 mod obj;
 mod original;
 pub mod phong;
+pub mod physics;
 mod picture;
 mod ply;
 mod polygon;
@@ -34,6 +36,7 @@ use aam_scene::{Camera, FoundTexture, Light, Shading, TextureData, TextureSource
 
 use authoring::AddedLayer;
 use files::{Replace, save};
+use physics::PhysicsOptions;
 
 /// An asset in memory: what every importer gives and every exporter takes.
 #[derive(Clone, Debug, Default)]
@@ -234,6 +237,8 @@ pub struct ConvertOptions {
     pub import: ImportOptions,
     /// Layers that the input lacks.
     pub layers: Vec<AddedLayer>,
+    /// Bodies for the objects; `None` leaves those that the input has.
+    pub physics: Option<PhysicsOptions>,
     /// How to write.
     pub export: ExportOptions,
 }
@@ -279,6 +284,9 @@ pub fn convert(
     }
     if adding && !options.import.keep_uvs {
         authoring::drop_spare_lines(&mut asset.document);
+    }
+    if let Some(physics) = &options.physics {
+        physics::add_bodies(&mut asset, physics, progress)?;
     }
     progress.stage("writing", 0);
     let files = files_of(&asset, &output, &options.export)?;

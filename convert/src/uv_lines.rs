@@ -58,10 +58,8 @@ pub(crate) fn drop_unused(faces: &mut Faces) {
             *number = 0;
         }
     }
-    let mut next = 0;
-    for number in numbers.iter_mut().filter(|number| **number == 0) {
+    for (next, number) in (0..).zip(numbers.iter_mut().filter(|number| **number == 0)) {
         *number = next;
-        next += 1;
     }
     let mut at = 0;
     faces.tex_coords.retain(|_| {

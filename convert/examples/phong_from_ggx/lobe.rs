@@ -226,8 +226,11 @@ fn clipped_peak(alpha: f64, f0: f64) -> f64 {
     encode((f0 / (4.0 * alpha * alpha)).min(1.0))
 }
 
+/// A mapping: from the GGX width α and the reflectance at normal incidence to a lobe.
+pub(crate) type Mapping = fn(f64, f64) -> Lobe;
+
 /// The candidates, with their names.
-pub(crate) const CANDIDATES: [(&str, fn(f64, f64) -> Lobe); 4] = [
+pub(crate) const CANDIDATES: [(&str, Mapping); 4] = [
     ("half-vector 2/α²−2", half_vector),
     ("quarter of it", quarter),
     ("displayed half width", displayed_half_width),

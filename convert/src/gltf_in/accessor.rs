@@ -216,15 +216,16 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Matrices, column by column.
-    pub(super) fn matrices(&self, accessor: usize, usage: &str) -> Checked<Vec<[f32; 16]>> {
+    /// The first so many matrices, column by column.
+    pub(super) fn matrices(&self, accessor: usize, count: usize, usage: &str) -> Checked<Vec<[f32; 16]>> {
         let accessor = self.expect(accessor, &[Kind::Mat4], usage)?;
         if accessor.component != Component::F32 {
             let message = format!("{usage} must be 32-bit floats");
             return Err(Fault::broken(format!("{}/componentType", accessor.place), message));
         }
         self.check_sparse(accessor)?;
-        let rows = self.rows::<16>(accessor, Rows::All, false);
+        let first: Vec<u32> = (0..u32::try_from(count).unwrap_or(u32::MAX)).collect();
+        let rows = self.rows::<16>(accessor, Rows::Some(&first), false);
         match rows.iter().position(|row| row.iter().any(|value| !value.is_finite())) {
             None => Ok(rows),
             Some(row) => Err(Fault::broken(&accessor.place, format!("matrix {row} of {usage} is not finite"))),

@@ -1,5 +1,8 @@
 //! The document: objects from nodes and surfaces, in world coordinates, with local transforms, or frame by frame.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use aam::Text;
 use aam::document::{AnimationMode, Document, Faces, Flagged, Frame, Geometry, Header, Object, Triangle};
 use glam::{DAffine3, DVec3};
@@ -46,6 +49,9 @@ struct Plan {
     /// Whether its vertices are world coordinates even where others' are local.
     world: bool,
 }
+
+/// The places of the joints of each skin at a moment.
+type Bones = BTreeMap<usize, Arc<[DAffine3]>>;
 
 /// What explicit normals cost, over all objects.
 #[derive(Debug, Default)]
@@ -212,13 +218,13 @@ impl Assembly<'_> {
         plans
     }
 
-    /// Where a node's surface stands.
-    fn placement(&self, plan: &Plan, places: Option<&Places>, moment: &Moment) -> Placement {
+    /// Where a node's surface stands. `bones` keeps what was worked out for a skin at this moment.
+    fn placement(&self, plan: &Plan, places: Option<&Places>, moment: &Moment, bones: &mut Bones) -> Placement {
         match self.model.nodes[plan.node].skin {
-            Some(skin) => {
+            Some(skin) => Placement::Bones(Arc::clone(bones.entry(skin).or_insert_with(|| {
                 let joints = self.model.skins[skin].joints.iter().zip(&self.inverse_binds[skin]);
-                Placement::Bones(joints.map(|(&joint, inverse)| moment.worlds[joint] * *inverse).collect())
-            }
+                joints.map(|(&joint, inverse)| moment.worlds[joint] * *inverse).collect()
+            }))),
             None => Placement::Rigid(match places {
                 Some(places) => DAffine3::from_mat3(places.baked[plan.node]),
                 None => moment.worlds[plan.node],
@@ -238,6 +244,7 @@ impl Assembly<'_> {
         let mut costs = NormalCosts::default();
         let mut known: Vec<Option<Recovered>> = vec![None; self.surfaces.len()];
         let mut frame = Frame::default();
+        let mut bones = Bones::new();
         for (id, plan) in plans.iter().enumerate() {
             let mut object = Object {
                 id: id as i32,
@@ -257,7 +264,7 @@ impl Assembly<'_> {
                     let place = format!("{}/skin", self.model.nodes[plan.node].place);
                     check_bones(surface, self.model.skins[skin].joints.len(), &place)?;
                 }
-                let placement = self.placement(plan, places, moment);
+                let placement = self.placement(plan, places, moment, &mut bones);
                 let weights = &moment.weights[plan.node];
                 object.vertices = placement.vertices(surface, weights);
                 self.check_range(plan, &object.vertices)?;
@@ -348,18 +355,20 @@ impl Assembly<'_> {
     ) -> Checked<()> {
         progress.stage("sampling the animation", self.frames as u64);
         let first = document.geometry.frames.first().cloned().unwrap_or_default();
+        let mut bones = Bones::new();
         let moving: Vec<Option<(bool, MovingNormals)>> = plans
             .iter()
             .zip(&first.objects)
             .map(|(plan, object)| {
                 object.faces.as_ref()?.normals.as_ref()?;
                 let surface = self.surfaces[plan.mesh?].as_ref()?;
-                let mirrored = self.placement(plan, None, moment).mirrors();
+                let mirrored = self.placement(plan, None, moment, &mut bones).mirrors();
                 Some((mirrored, MovingNormals::of(surface, mirrored)))
             })
             .collect();
         for number in 1..self.frames {
             moment.go_to(number as f32 / self.options.frames_per_second, clip, self.graph);
+            bones.clear();
             let mut frame = Frame { number: number as i32, ..Frame::default() };
             for ((plan, original), moving) in plans.iter().zip(&first.objects).zip(&moving) {
                 let mut object = Object {
@@ -370,7 +379,7 @@ impl Assembly<'_> {
                     ..Object::default()
                 };
                 if let Some(surface) = plan.mesh.and_then(|mesh| self.surfaces[mesh].as_ref()) {
-                    let placement = self.placement(plan, None, moment);
+                    let placement = self.placement(plan, None, moment, &mut bones);
                     let weights = &moment.weights[plan.node];
                     object.vertices = placement.vertices(surface, weights);
                     self.check_range(plan, &object.vertices)?;

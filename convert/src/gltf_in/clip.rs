@@ -1,5 +1,8 @@
 //! One animation: chosen, decoded, and evaluated at any time exactly as glTF 2.0 §3.11 and appendix C say.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use glam::{DQuat, DVec3, DVec4};
 
 use crate::{ConvertError, ImportOptions};
@@ -25,8 +28,8 @@ struct Track {
     node: usize,
     target: Target,
     interpolation: Interpolation,
-    times: Vec<f32>,
-    values: Vec<f32>,
+    times: Arc<[f32]>,
+    values: Arc<[f32]>,
     /// Numbers in one value.
     width: usize,
 }
@@ -68,7 +71,9 @@ pub(super) fn find(reader: Reader<'_>, options: &ImportOptions, log: &mut Log) -
     for ignored in &animation.ignored {
         log.lost(&subject, "animation channel", ignored);
     }
-    let tracks = animation.channels.iter().map(|channel| track(reader, channel)).collect::<Checked<Vec<_>>>()?;
+    let mut known = Known::new();
+    let tracks = animation.channels.iter().map(|channel| track(reader, channel, &mut known));
+    let tracks = tracks.collect::<Checked<Vec<_>>>()?;
     let duration = tracks.iter().filter_map(|track| track.times.last()).copied().fold(0.0, f32::max);
     if let Some(channel) =
         animation.channels.iter().find(|channel| matches!(model.nodes[channel.node].transform, Transform::Matrix(_)))
@@ -79,17 +84,33 @@ pub(super) fn find(reader: Reader<'_>, options: &ImportOptions, log: &mut Log) -
     Ok(Some(Clip { name: title(model, chosen), duration, tracks }))
 }
 
-fn track(reader: Reader<'_>, channel: &Channel) -> Checked<Track> {
+/// Accessors that were decoded, which channels share: the numbers, and how many make an element.
+type Known = BTreeMap<usize, (Arc<[f32]>, usize)>;
+
+fn numbers(reader: Reader<'_>, accessor: usize, usage: &str, known: &mut Known) -> Checked<(Arc<[f32]>, usize)> {
+    if let Some(found) = known.get(&accessor) {
+        return Ok(found.clone());
+    }
+    let (numbers, width) = reader.flat(accessor, usage)?;
+    let found = (Arc::from(numbers), width);
+    known.insert(accessor, found.clone());
+    Ok(found)
+}
+
+fn track(reader: Reader<'_>, channel: &Channel, known: &mut Known) -> Checked<Track> {
     let model = reader.model;
-    let (times, _) = reader.flat(channel.input, "an animation's times")?;
+    let (times, width) = numbers(reader, channel.input, "an animation's times", known)?;
     let place = &model.accessors[channel.input].place;
+    if width != 1 {
+        return Err(Fault::broken(format!("{place}/type"), "an animation's times need SCALAR"));
+    }
     if times.is_empty() {
         return Err(Fault::broken(place, "an animation sampler needs at least one time"));
     }
     if times[0] < 0.0 || times.windows(2).any(|pair| pair[1] < pair[0]) {
         return Err(Fault::broken(place, "an animation's times must not be negative and must increase"));
     }
-    let (values, shape) = reader.flat(channel.output, "an animation's values")?;
+    let (values, shape) = numbers(reader, channel.output, "an animation's values", known)?;
     let place = &model.accessors[channel.output].place;
     let width = match channel.target {
         Target::Translation | Target::Scale => 3,
@@ -143,6 +164,11 @@ impl Clip {
             moving[track.node] |= !constant;
         }
         moving
+    }
+
+    /// How many properties the clip drives.
+    pub(super) fn tracks(&self) -> usize {
+        self.tracks.len()
     }
 
     /// The nodes whose morph weights the clip drives.

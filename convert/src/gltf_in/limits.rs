@@ -21,11 +21,14 @@ const DECODED: u64 = 1 << 27;
 /// Objects of a document, over all frames.
 const OBJECTS: u64 = 1 << 23;
 
-/// Keys of a document.
-const KEYS: u64 = 1 << 26;
+/// Nodes, joints and animation channels, over all frames: about a minute of work.
+const POSES: u64 = 1 << 28;
 
 /// Frames of a clip.
 pub(super) const FRAMES: u64 = 1 << 20;
+
+/// Pixels of all pictures that are decoded, those that did not stay in memory counted again.
+const DECODED_PIXELS: u64 = 1 << 35;
 
 /// Pixels of all textures that are baked.
 const BAKED: u64 = 1 << 32;
@@ -36,7 +39,7 @@ pub(super) struct Size {
     pub vertices: u64,
     pub triangles: u64,
     pub morphs: u64,
-    pub keys: u64,
+    pub poses: u64,
     pub decoded: u64,
     pub objects: u64,
 }
@@ -56,8 +59,19 @@ impl Size {
         check(self.morphs, MORPHS, "morphed vertices over all frames and targets")?;
         check(self.decoded, DECODED, "vertices with all morph targets")?;
         check(self.objects, OBJECTS, "objects over all frames")?;
-        check(self.keys, KEYS, "keys")
+        check(self.poses, POSES, "moving nodes, joints and channels over all frames")
     }
+}
+
+/// Refuses more decoding than fits a patient wait.
+pub(super) fn check_decoded(pixels: u64) -> Checked<()> {
+    if pixels <= DECODED_PIXELS {
+        return Ok(());
+    }
+    Err(Fault::unsupported(
+        format!("decoding pictures of {pixels} pixels together (more than {DECODED_PIXELS})"),
+        "scale the textures down",
+    ))
 }
 
 /// Refuses more baking than fits a patient wait.

@@ -107,8 +107,7 @@ fn run(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Checked
     let clip = clip::find(reader, options, &mut log)?;
     let form = form(&model, &graph, &moment, clip.as_ref(), options, &mut log);
     let frames = clip.as_ref().filter(|_| form != Form::Static).map_or(Ok(1), |clip| clip.frames(rate))?;
-    let driven = clip.as_ref().map_or(0, |clip| clip.moving(&moment.locals).iter().filter(|moves| **moves).count());
-    stage::check_size(&model, &graph, form, frames, driven)?;
+    stage::check_size(&model, &graph, form, frames, clip.as_ref())?;
 
     let mut asset = Asset::default();
     let meshes = decode(reader, &graph, options.keep_uvs, &mut log, progress)?;

@@ -1,5 +1,7 @@
 //! Where a surface is: in its node's own coordinates, in the world, or bent by bones.
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::accessor::Reader;
@@ -14,7 +16,7 @@ pub(super) enum Placement {
     /// As a whole.
     Rigid(DAffine3),
     /// By bones: for each joint of the skin its inverse bind matrix and then its place in the world.
-    Bones(Vec<DAffine3>),
+    Bones(Arc<[DAffine3]>),
 }
 
 impl Placement {
@@ -96,10 +98,9 @@ pub(super) fn inverse_binds(reader: Reader<'_>) -> Checked<Vec<Vec<DAffine3>>> {
             if count < skin.joints.len() {
                 return Err(Fault::broken(place, format!("{count} matrices for {} joints", skin.joints.len())));
             }
-            let matrices = reader.matrices(accessor, "inverseBindMatrices")?;
+            let matrices = reader.matrices(accessor, skin.joints.len(), "inverseBindMatrices")?;
             Ok(matrices
                 .iter()
-                .take(skin.joints.len())
                 .map(|columns| DAffine3::from_mat4(glam::DMat4::from_cols_array(&columns.map(f64::from))))
                 .collect())
         })

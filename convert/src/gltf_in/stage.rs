@@ -1,6 +1,8 @@
 //! The scene as it is to be written: which nodes become objects, in which form, under which names, and where they are
 //! at each moment.
 
+use std::collections::BTreeSet;
+
 use glam::DAffine3;
 
 use super::clip::Clip;
@@ -72,22 +74,20 @@ impl Moment {
     }
 }
 
-/// Which form the scene needs, and why a clip makes it that.
+/// Which form the scene needs.
 pub(super) fn form(model: &Model, graph: &Graph, moment: &Moment, clip: Option<&Clip>, hierarchy: bool) -> Form {
     let Some(clip) = clip else { return if hierarchy { Form::Character } else { Form::Static } };
-    let own = clip.moving(&moment.locals);
-    let mut moving = own;
+    let mut moving = clip.moving(&moment.locals);
     for &node in &graph.order {
         if let Some(parent) = graph.parents[node] {
             moving[node] |= moving[parent];
         }
     }
-    let morphed: std::collections::BTreeSet<usize> = clip.morphed().collect();
+    let morphed: BTreeSet<usize> = clip.morphed().collect();
+    let skins: Vec<bool> = model.skins.iter().map(|skin| skin.joints.iter().any(|&joint| moving[joint])).collect();
     let bends = |node: usize| {
         let shown = &model.nodes[node];
-        shown.mesh.is_some()
-            && (morphed.contains(&node)
-                || shown.skin.is_some_and(|skin| model.skins[skin].joints.iter().any(|&joint| moving[joint])))
+        shown.mesh.is_some() && (morphed.contains(&node) || shown.skin.is_some_and(|skin| skins[skin]))
     };
     if graph.scene.iter().any(|&node| bends(node)) {
         Form::Full
@@ -99,7 +99,7 @@ pub(super) fn form(model: &Model, graph: &Graph, moment: &Moment, clip: Option<&
 }
 
 /// Checks how large the document will be, before anything large is made.
-pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize, driven: usize) -> Checked<()> {
+pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize, clip: Option<&Clip>) -> Checked<()> {
     let mut mesh_sizes = vec![(0_u64, 0_u64); model.meshes.len()];
     for (size, mesh) in mesh_sizes.iter_mut().zip(&model.meshes) {
         for primitive in &mesh.primitives {
@@ -129,8 +129,10 @@ pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize
             size.decoded = size.decoded.saturating_add(vertices.saturating_mul(1 + targets));
         }
     }
-    if form == Form::Character {
-        size.keys = (driven as u64).saturating_mul(frames as u64);
+    if let Some(clip) = clip.filter(|_| form != Form::Static) {
+        let joints: usize = model.skins.iter().map(|skin| skin.joints.len()).sum();
+        let posed = (model.nodes.len() + clip.tracks() + joints) as u64;
+        size.poses = posed.saturating_mul(frames as u64);
     }
     size.check()
 }

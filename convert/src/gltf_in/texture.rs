@@ -41,6 +41,7 @@ pub(super) struct Textures<'a> {
     same: Vec<usize>,
     decoded: BTreeMap<usize, Option<Arc<Pixels>>>,
     decoded_bytes: usize,
+    decoded_pixels: u64,
     baked_pixels: u64,
     names: Names,
     /// The file of each recipe that was asked for.
@@ -94,6 +95,7 @@ impl<'a> Textures<'a> {
             same,
             decoded: BTreeMap::new(),
             decoded_bytes: 0,
+            decoded_pixels: 0,
             baked_pixels: 0,
             names,
             written: BTreeMap::new(),
@@ -139,6 +141,8 @@ impl<'a> Textures<'a> {
             self.decoded_bytes = 0;
         }
         self.decoded_bytes += bytes;
+        self.decoded_pixels += bytes as u64 / 4;
+        limits::check_decoded(self.decoded_pixels)?;
         self.decoded.insert(image, pixels.clone());
         Ok(pixels)
     }

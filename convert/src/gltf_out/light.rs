@@ -128,7 +128,8 @@ fn camera_node(camera: &Camera) -> Option<(Node, json::Camera)> {
     let up = axes::vector(camera.up);
     let right = up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
     let turn = Quat::from_mat3(&Mat3::from_cols(right, back.cross(right), back)).normalize();
-    if !camera.position.is_finite() || !turn.is_finite() || !(camera.near > 0.0 && camera.far > camera.near) {
+    let planes = camera.near > 0.0 && camera.far > camera.near;
+    if !(planes && camera.position.is_finite() && turn.is_finite()) {
         return None;
     }
     let node = Node {

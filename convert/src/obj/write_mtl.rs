@@ -121,7 +121,9 @@ impl Entry<'_> {
     fn write(&self, text: &mut String, asset: &Asset, files: &mut Files) {
         let single = self.single;
         let subject = format!("material \"{}\"", self.name);
-        let color = |text: &mut String, word: &str, [r, g, b]: Rgb| drop(writeln!(text, "{word} {r} {g} {b}"));
+        let color = |text: &mut String, word: &str, [r, g, b]: Rgb| {
+            let _ = writeln!(text, "{word} {r} {g} {b}");
+        };
         let _ = writeln!(text, "newmtl {}", self.name);
         let black = [0.0; 3];
         let highlight = single.specular != black || single.shininess != 0.0;

@@ -60,9 +60,8 @@ pub(super) fn find(surface: &Surface, triangles: &[[u32; 3]], authored: &[DVec3]
     for &vertex in &unsolved {
         let corners = surface.corners_at(vertex);
         hopeless = hopeless || corners.len() > MOST_FACES || !matches.find(surface, corners, authored, tolerance, true);
-        if hopeless || matches.options.iter().any(|options| options.len() > 1) {
-            ambiguous.push(vertex);
-        } else if !relation.solve(&matches, triangles, corners, &mut decided) {
+        let open = hopeless || matches.options.iter().any(|options| options.len() > 1);
+        if open || !relation.solve(&matches, triangles, corners, &mut decided) {
             ambiguous.push(vertex);
         }
     }

@@ -65,7 +65,8 @@ pub(crate) fn ball(id: i32, name: &str, radius: f32) -> Object {
     let mut vertices = vec![[0.0, 0.0, radius], [0.0, 0.0, -radius]];
     for ring in 1..RINGS {
         for sector in 0..SECTORS {
-            let (polar, turn) = (ring as f32 * std::f32::consts::PI / RINGS as f32, sector as f32 * 0.785_398_2);
+            let (polar, turn) =
+                (ring as f32 * std::f32::consts::PI / RINGS as f32, sector as f32 * std::f32::consts::FRAC_PI_4);
             vertices.push([radius * polar.sin() * turn.cos(), radius * polar.sin() * turn.sin(), radius * polar.cos()]);
         }
     }

@@ -19,10 +19,13 @@ fn there_and_back(asset: &aam_convert::Asset, options: &ImportOptions) -> Docume
     import(&path, options, &Silent).unwrap().document
 }
 
+/// Position, normal, and the texture coordinates of each layer.
+type Corner = (Vec3, Vec3, [Option<[f32; 2]>; 4]);
+
 /// What a triangle looks like, corner by corner, and the name of its material.
 #[derive(Clone, Debug)]
 struct Face {
-    corners: [(Vec3, Vec3, [Option<[f32; 2]>; 4]); 3],
+    corners: [Corner; 3],
     material: Option<String>,
 }
 
@@ -63,7 +66,7 @@ fn by_name(document: &Document) -> BTreeMap<String, usize> {
             twice.push(name.to_lowercase());
         }
     }
-    twice.iter().for_each(|name| drop(names.remove(name)));
+    names.retain(|name, _| !twice.contains(name));
     names
 }
 

@@ -25,7 +25,8 @@ const KNOTS: [[u8; 3]; 18] = [
 
 /// The magma colour of a value in `[0, 1]`, from black through magenta to pale yellow; evenly brighter to the eye.
 pub fn magma(value: f32) -> [u8; 3] {
-    let place = value.max(0.0).min(1.0) * (KNOTS.len() - 1) as f32;
+    let shown = if value > 0.0 { value.min(1.0) } else { 0.0 };
+    let place = shown * (KNOTS.len() - 1) as f32;
     let knot = (place as usize).min(KNOTS.len() - 2);
     let share = place - knot as f32;
     [0, 1, 2].map(|channel| {

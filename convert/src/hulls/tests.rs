@@ -1,0 +1,244 @@
+use std::path::PathBuf;
+
+use super::*;
+use crate::{ImportOptions, Silent, import};
+
+type Mesh = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
+    let vertices =
+        (0..8).map(|corner: usize| std::array::from_fn(|i| if corner >> i & 1 == 0 { low[i] } else { high[i] }));
+    let quads: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    (vertices.collect(), quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+}
+
+fn both((mut vertices, mut triangles): Mesh, (more, further): Mesh) -> Mesh {
+    let base = vertices.len() as u32;
+    vertices.extend(more);
+    triangles.extend(further.into_iter().map(|triangle| triangle.map(|index| index + base)));
+    (vertices, triangles)
+}
+
+/// A surface of revolution around z: (radius, height) rings; the last joins the first if it is closed.
+fn turned(profile: &[(f32, f32)], around: u32, closed: bool) -> Mesh {
+    let mut vertices = Vec::new();
+    for at in 0..around {
+        let (sin, cos) = (std::f32::consts::TAU * at as f32 / around as f32).sin_cos();
+        vertices.extend(profile.iter().map(|(radius, height)| [radius * cos, radius * sin, *height]));
+    }
+    let rows = profile.len() as u32;
+    let mut triangles = Vec::new();
+    for at in 0..around {
+        for row in 0..if closed { rows } else { rows - 1 } {
+            let [a, b] = [at * rows, (at + 1) % around * rows];
+            let next = (row + 1) % rows;
+            triangles.extend([[a + row, b + row, b + next], [a + row, b + next, a + next]]);
+        }
+    }
+    (vertices, triangles)
+}
+
+fn torus(major: f32, minor: f32, around: u32) -> Mesh {
+    let ring: Vec<(f32, f32)> = (0..around / 2)
+        .map(|at| (std::f32::consts::TAU * at as f32 / (around / 2) as f32).sin_cos())
+        .map(|(sin, cos)| (major + minor * cos, minor * sin))
+        .collect();
+    turned(&ring, around, true)
+}
+
+fn sphere(around: u32) -> Mesh {
+    let rows = around / 2;
+    let profile: Vec<(f32, f32)> = (0..=rows)
+        .map(|row| {
+            let turn = std::f32::consts::PI * row as f32 / rows as f32;
+            // Exactly one point at each pole.
+            (if row == 0 || row == rows { 0.0 } else { turn.sin() }, -turn.cos())
+        })
+        .collect();
+    turned(&profile, around, false)
+}
+
+/// Decomposes, and checks what must hold of every decomposition.
+fn pieces((vertices, triangles): &Mesh, options: &HullOptions) -> Decomposition {
+    let found = decompose(vertices, triangles, options).unwrap();
+    assert!(!found.hulls.is_empty() && found.hulls.len() <= options.max_hulls);
+    for hull in &found.hulls {
+        assert!(hull.vertices.len() <= options.max_vertices);
+        let mesh = Polyhedron {
+            vertices: hull.vertices.iter().map(|vertex| DVec3::from(vertex.map(f64::from))).collect(),
+            triangles: hull.triangles.clone(),
+        };
+        assert!(mesh.worst_dent() <= 1e-4 * mesh.diagonal(), "{}", mesh.worst_dent());
+        assert!(mesh.volume() > 0.0);
+    }
+    found
+}
+
+fn volume(found: &Decomposition) -> f64 {
+    found.hulls.iter().map(|hull| hull.volume).sum()
+}
+
+#[test]
+fn convex_meshes_are_one_piece() {
+    let inside_out = |(vertices, triangles): Mesh| -> Mesh {
+        (vertices, triangles.into_iter().map(|[a, b, c]| [a, c, b]).collect())
+    };
+    let cone = turned(&[(0.0, 0.0), (1.0, 0.0), (0.0, 2.0)], 48, false);
+    for (name, mesh) in [
+        ("cuboid", cuboid([100.0, 200.0, -5.0], [101.0, 200.5, 9.0])),
+        ("inside out", inside_out(cuboid([0.0; 3], [1.0; 3]))),
+        ("cone", cone),
+        ("cylinder", turned(&[(0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 2.0), (0.0, 2.0)], 32, false)),
+    ] {
+        let found = pieces(&mesh, &HullOptions::default());
+        assert_eq!(found.hulls.len(), 1, "{name}");
+        assert!(found.error < 1e-5 && found.uncovered < 1e-5, "{name}: {found:?}");
+    }
+    let ball = sphere(60);
+    let found = pieces(&ball, &HullOptions::default());
+    assert_eq!((found.hulls.len(), found.hulls[0].vertices.len()), (1, 64));
+    // The limit on vertices shows.
+    assert!(found.uncovered > 0.01 && found.uncovered < 0.05, "{found:?}");
+    let found = pieces(&ball, &HullOptions { max_vertices: 255, ..HullOptions::default() });
+    assert!(found.uncovered < 0.01, "{found:?}");
+}
+
+#[test]
+fn a_fine_torus_is_not_taken_for_convex() {
+    let (vertices, triangles) = torus(1.0, 0.4, 400);
+    assert!(!Unit::new(&vertices, &triangles).unwrap().is_convex());
+}
+
+#[test]
+fn two_boxes_are_two_pieces() {
+    let mesh = both(cuboid([0.0; 3], [1.0; 3]), cuboid([3.0, 0.0, 0.0], [4.0, 1.0, 1.0]));
+    let found = pieces(&mesh, &HullOptions::default());
+    assert_eq!(found.hulls.len(), 2);
+    assert!(found.error < 0.005 && (volume(&found) - 2.0).abs() < 0.02, "{found:?}");
+}
+
+#[test]
+fn a_torus_keeps_its_hole() {
+    let mesh = torus(1.0, 0.3, 48);
+    let exact = 2.0 * std::f64::consts::PI.powi(2) * 0.09;
+    let found = pieces(&mesh, &HullOptions::default());
+    assert!((8..=32).contains(&found.hulls.len()), "{}", found.hulls.len());
+    assert!(found.error < 0.02 && found.uncovered < 0.01, "{} {}", found.error, found.uncovered);
+    assert!((volume(&found) / exact - 1.0).abs() < 0.1, "{} {exact}", volume(&found));
+    assert_eq!(found, pieces(&mesh, &HullOptions::default()));
+}
+
+#[test]
+fn an_error_that_is_asked_for_is_kept_with_few_pieces() {
+    let mesh = torus(1.0, 0.3, 48);
+    let mut last = 0;
+    for error in [0.2, 0.05, 0.02] {
+        let found = pieces(&mesh, &HullOptions { max_error: Some(error), ..HullOptions::default() });
+        assert!(found.error <= error && found.uncovered <= error, "{error}: {} {}", found.error, found.uncovered);
+        assert!(found.hulls.len() >= last);
+        last = found.hulls.len();
+    }
+    assert_eq!(pieces(&mesh, &HullOptions { max_error: Some(0.5), ..HullOptions::default() }).hulls.len(), 1);
+}
+
+#[test]
+fn a_limit_on_pieces() {
+    let mesh = torus(1.0, 0.3, 32);
+    for limit in [1, 2, 5] {
+        let found = pieces(&mesh, &HullOptions { max_hulls: limit, ..HullOptions::default() });
+        assert_eq!(found.hulls.len(), limit);
+    }
+}
+
+#[test]
+fn an_open_shell_has_pieces() {
+    // A bowl without thickness.
+    let profile: Vec<(f32, f32)> =
+        (0..12).map(|at| (at as f32 / 8.0).sin_cos()).map(|(sin, cos)| (sin, -cos)).collect();
+    let found = pieces(&turned(&profile, 40, false), &HullOptions::default());
+    assert!(found.hulls.len() > 4, "{}", found.hulls.len());
+    assert!(found.error < 0.1, "{}", found.error);
+}
+
+#[test]
+fn what_has_no_pieces() {
+    let options = HullOptions::default();
+    let square = [[0.0_f32; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    assert_eq!(decompose(&[], &[], &options), Err(HullError::Empty));
+    assert_eq!(decompose(&square, &[], &options), Err(HullError::Empty));
+    assert_eq!(decompose(&[[1.0; 3]; 3], &[[0, 1, 2]; 5], &options), Err(HullError::Empty));
+    assert_eq!(decompose(&square, &[[0, 1, 1], [0, 0, 2]], &options), Err(HullError::Empty));
+    assert_eq!(decompose(&square, &[[0, 1, 2], [0, 2, 3]], &options), Err(HullError::Flat));
+    assert!(matches!(decompose(&square, &[[0, 1, 4]], &options), Err(HullError::Broken(_))));
+    assert!(matches!(decompose(&[[f32::NAN; 3]; 3], &[[0, 1, 2]], &options), Err(HullError::Broken(_))));
+    for wrong in [
+        HullOptions { max_hulls: 0, ..options },
+        HullOptions { max_vertices: 3, ..options },
+        HullOptions { max_vertices: 256, ..options },
+        HullOptions { max_error: Some(0.0), ..options },
+        HullOptions { max_error: Some(f32::NAN), ..options },
+    ] {
+        assert!(matches!(decompose(&square, &[[0, 1, 2]], &wrong), Err(HullError::Option(_))));
+    }
+}
+
+#[test]
+fn odd_meshes_neither_panic_nor_hang() {
+    let mut number = 7_u32;
+    let mut random = move || {
+        number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (number >> 8) as f32 / 16_777_216.0
+    };
+    let options = HullOptions { max_hulls: 8, ..HullOptions::default() };
+    for round in 0..18 {
+        let scale = [1e-30, 1e-6, 1.0, 1e6, 1e30, 1e37][round % 6];
+        let squash = [1.0, 1e-3, 1e-7][round % 3];
+        let count = 3 * (1 + round * 4);
+        let vertices: Vec<[f32; 3]> =
+            (0..count).map(|_| [random() * scale, random() * scale * squash, random() * scale]).collect();
+        let triangles: Vec<[u32; 3]> = (0..count as u32 / 3).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+        if let Ok(found) = decompose(&vertices, &triangles, &options) {
+            assert!(found.hulls.len() <= 8);
+        }
+    }
+}
+
+#[test]
+fn many_large_triangles_take_bounded_time() {
+    let mut number = 3_u32;
+    let mut random = move || {
+        number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (number >> 8) as f32 / 16_777_216.0
+    };
+    let vertices: Vec<[f32; 3]> = (0..30_000).map(|_| [random(), random(), random()]).collect();
+    let triangles: Vec<[u32; 3]> = (0..10_000).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+    let unit = Unit::new(&vertices, &triangles).unwrap();
+    // At 128 voxels this would be some 10¹⁰ tests.
+    assert!(unit.voxels().len() <= 16 * 18 * 18);
+}
+
+/// Pieces and error for models that peers were measured on; the bounds are a little above what is reached.
+#[test]
+fn corpus_models() {
+    let Some(folder) = std::env::var_os("AAM_CORPUS").map(PathBuf::from) else {
+        println!("skipped: AAM_CORPUS is not set");
+        return;
+    };
+    for name in ["fandisk", "rocker-arm", "spot", "stanford-bunny", "suzanne", "teapot"] {
+        let asset = import(&folder.join(format!("obj/{name}.obj")), &ImportOptions::default(), &Silent).unwrap();
+        let object = &asset.document.objects()[0];
+        let triangles: Vec<[u32; 3]> =
+            object.faces.as_ref().unwrap().triangles.iter().map(|triangle| triangle.vertices).collect();
+        let start = std::time::Instant::now();
+        let found = pieces(&(object.vertices.clone(), triangles), &HullOptions::default());
+        println!(
+            "{name}: {} pieces, error {:.2} %, uncovered {:.2} %, {} dropped, {:.1?}",
+            found.hulls.len(),
+            100.0 * found.error,
+            100.0 * found.uncovered,
+            found.dropped,
+            start.elapsed()
+        );
+        assert!(found.error < 0.08 && found.uncovered < 0.03, "{name}");
+    }
+}
