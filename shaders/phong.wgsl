@@ -9,7 +9,7 @@ fn reflected(light: Light, towards: vec3f, factor: f32, normal: vec3f, view: vec
     let mirrored = 2.0 * cosine * normal - towards;
     let highlight = dot(view, mirrored);
     // Where log(0) is not minus infinity, pow(0, n) is not 0.
-    let lobe = select(0.0, pow(min(highlight, 1.0), material.exponent), highlight > 0.0 && cosine > 0.0);
+    let lobe = select(0.0, pow(min(highlight, 1.0), material.exponent), highlight > 0.0);
     color += material.specular * light.specular * (factor * lobe);
 #endif
     return color;
