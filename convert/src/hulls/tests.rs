@@ -242,28 +242,3 @@ fn corpus_models() {
         assert!(found.error < 0.08 && found.uncovered < 0.03, "{name}");
     }
 }
-#[test]
-fn tmp_rocker() {
-    let folder = std::env::var_os("AAM_CORPUS").map(PathBuf::from).unwrap();
-    let asset = import(&folder.join("obj/rocker-arm.obj"), &ImportOptions { up: Some(aam_scene::Up::Z), ..ImportOptions::default() }, &Silent).unwrap();
-    let object = &asset.document.objects()[0];
-    let triangles: Vec<[u32; 3]> =
-        object.faces.as_ref().unwrap().triangles.iter().map(|triangle| triangle.vertices).collect();
-    let unit = Unit::new(&object.vertices, &triangles).unwrap();
-    for res in [64, 128] {
-    let fill = FillMode::FloodFill { detect_cavities: false };
-    let v: VoxelSet = VoxelizedVolume::voxelize(&unit.points(), &unit.triangles, res, fill, true).into();
-    eprintln!("TMP total volume {} n {} surf {}", v.compute_volume(), v.len(), v.voxels().iter().filter(|v| v.is_on_surface).count());
-    let parameters = VHACDParameters { concavity: 0.005, resolution: res, max_convex_hulls: 1024, ..VHACDParameters::default() };
-    let parts = VHACD::from_voxels(&parameters, v);
-    for p in parts.voxel_parts() {
-        let h = p.compute_convex_hull(1);
-        let q: Vec<DVec3> = h.0.iter().map(|p| p.as_dvec3()).collect();
-        let mine = hull(&q, 10000).unwrap();
-        let sv = parry3d::mass_properties::details::trimesh_signed_volume_and_center_of_mass(&h.0, &h.1).0;
-        let h4 = p.compute_convex_hull(4);
-        let s4 = parry3d::mass_properties::details::trimesh_signed_volume_and_center_of_mass(&h4.0, &h4.1).0;
-        eprintln!("TMP part n {} vol {:.5} hullvol {:.5} parry {sv:.5} ds4 {s4:.5}", p.len(), p.compute_volume(), mine.volume());
-    }
-    }
-}
