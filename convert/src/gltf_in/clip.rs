@@ -71,6 +71,9 @@ pub(super) fn find(reader: Reader<'_>, options: &ImportOptions, log: &mut Log) -
     for ignored in &animation.ignored {
         log.lost(&subject, "animation channel", ignored);
     }
+    let count = |accessor: usize| model.accessors[accessor].count as u64;
+    let numbers = animation.channels.iter().map(|channel| count(channel.input).saturating_add(count(channel.output)));
+    limits::check_keys(numbers.fold(0, u64::saturating_add))?;
     let mut known = Known::new();
     let tracks = animation.channels.iter().map(|channel| track(reader, channel, &mut known));
     let tracks = tracks.collect::<Checked<Vec<_>>>()?;

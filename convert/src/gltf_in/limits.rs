@@ -24,6 +24,9 @@ const OBJECTS: u64 = 1 << 23;
 /// Nodes, joints and animation channels, over all frames: about a minute of work.
 const POSES: u64 = 1 << 28;
 
+/// Times and values that the channels of a clip name together.
+const KEYS: u64 = 1 << 30;
+
 /// Frames of a clip.
 pub(super) const FRAMES: u64 = 1 << 20;
 
@@ -61,6 +64,14 @@ impl Size {
         check(self.objects, OBJECTS, "objects over all frames")?;
         check(self.poses, POSES, "moving nodes, joints and channels over all frames")
     }
+}
+
+/// Refuses an animation whose channels together look through too many keys.
+pub(super) fn check_keys(keys: u64) -> Checked<()> {
+    if keys <= KEYS {
+        return Ok(());
+    }
+    Err(Fault::unsupported(format!("an animation of {keys} keys (more than {KEYS})"), "cut or resample the animation"))
 }
 
 /// Refuses more decoding than fits a patient wait.

@@ -9,7 +9,7 @@ use super::clip::Clip;
 use super::fault::{Checked, Fault};
 use super::graph::Graph;
 use super::limits::Size;
-use super::model::{Mode, Model, Transform};
+use super::model::{Mode, Model, Primitive, Transform};
 
 /// The three forms of a document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,7 +126,9 @@ pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize
         let targets = model.meshes[mesh].targets as u64;
         size.morphs = size.morphs.saturating_add(vertices.saturating_mul(targets).saturating_mul(repeated));
         if !std::mem::replace(&mut decoded[mesh], true) {
-            size.decoded = size.decoded.saturating_add(vertices.saturating_mul(1 + targets));
+            let sparse = model.meshes[mesh].primitives.iter().map(|primitive| sparse_elements(model, primitive));
+            let sparse = sparse.fold(0, u64::saturating_add);
+            size.decoded = size.decoded.saturating_add(vertices.saturating_mul(1 + targets)).saturating_add(sparse);
         }
     }
     if let Some(clip) = clip.filter(|_| form != Form::Static) {
@@ -135,4 +137,15 @@ pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize
         size.poses = posed.saturating_mul(frames as u64);
     }
     size.check()
+}
+
+/// Elements of the sparse accessors that a primitive uses. Of these all are decoded, however few the triangles name.
+fn sparse_elements(model: &Model, primitive: &Primitive) -> u64 {
+    let attributes = &primitive.attributes;
+    let single = [attributes.position, attributes.normal, attributes.color].into_iter().flatten();
+    let sets = attributes.tex_coords.iter().map(|(_, accessor)| *accessor);
+    let bones = attributes.joints.iter().chain(&attributes.weights).copied();
+    let targets = primitive.targets.iter().flat_map(|(positions, normals)| [*positions, *normals]).flatten();
+    let all = single.chain(sets).chain(bones).chain(targets).map(|accessor| &model.accessors[accessor]);
+    all.filter(|accessor| accessor.sparse.is_some()).fold(0, |sum, accessor| sum.saturating_add(accessor.count as u64))
 }

@@ -567,6 +567,15 @@ fn few_bytes_do_not_ask_for_much_memory() {
     let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
     long.push("animations", json!({ "samplers": [{ "input": input, "output": output }], "channels": [channel] }));
     refused(&long, &default, "frames");
+    // A sparse list that ten thousand primitives pick three vertices from.
+    let mut sparse = Builder::triangle();
+    let replaced =
+        json!({ "count": 0, "indices": { "bufferView": 0, "componentType": 5121 }, "values": { "bufferView": 0 } });
+    sparse.set("/accessors/0", json!({ "componentType": 5126, "type": "VEC3", "count": 60_000, "sparse": replaced }));
+    let indices = sparse.indices(&[0, 1, 2]);
+    let primitive = json!({ "attributes": { "POSITION": 0 }, "indices": indices });
+    sparse.set("/meshes/0/primitives", json!(vec![primitive; 10_000]));
+    refused(&sparse, &default, "vertices");
     for rate in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         refused(&Builder::triangle(), &ImportOptions { frames_per_second: rate, ..ImportOptions::default() }, "--fps");
     }
