@@ -243,38 +243,3 @@ fn corpus_models() {
         assert!(found.error < 0.12 && found.uncovered < 0.03, "{name}: {} {}", found.error, found.uncovered);
     }
 }
-#[test]
-fn tmp_fuzz() {
-    let mut number = 7_u32;
-    let mut random = move || {
-        number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (number >> 8) as f32 / 16_777_216.0
-    };
-    let mut panics = 0;
-    let t = std::time::Instant::now();
-    let mut n = 0;
-    while t.elapsed().as_secs() < 240 {
-        let kind = n % 6;
-        n += 1;
-        let squash = [1.0, 1e-3, 1e-7, 1.0, 0.1, 0.01][kind];
-        let count = 3 * (1 + (random() * 30.0) as usize);
-        let small = [1.0, 1.0, 1.0, 0.1, 0.3, 0.02][kind];
-        let mut vertices: Vec<[f32; 3]> = Vec::new();
-        for _ in 0..count / 3 {
-            let c = [random(), random(), random()];
-            for _ in 0..3 { vertices.push([c[0] + small * random(), (c[1] + small * random()) * squash, c[2] + small * random()]); }
-        }
-        let triangles: Vec<[u32; 3]> = (0..count as u32 / 3).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
-        let Ok(unit) = Unit::new(&vertices, &triangles) else { continue };
-        for res in [8, 16, 32] {
-            let r = std::panic::catch_unwind(|| {
-                let fill = FillMode::FloodFill { detect_cavities: false };
-                let v: VoxelSet = VoxelizedVolume::voxelize(&unit.points(), &unit.triangles, res, fill, true).into();
-                let parameters = VHACDParameters { concavity: 0.002, resolution: res, max_convex_hulls: 1024, ..VHACDParameters::default() };
-                VHACD::from_voxels(&parameters, v).voxel_parts().len()
-            });
-            panics += u32::from(r.is_err());
-        }
-    }
-    eprintln!("TMP {n} rounds {panics} panics");
-}
