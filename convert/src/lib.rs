@@ -84,7 +84,7 @@ impl TextureSource for Asset {
 pub struct ImportOptions {
     /// Write local transforms (`AAM_CHARACTER`) instead of world coordinates.
     pub hierarchy: bool,
-    /// The animation clip to take; `None` takes the first.
+    /// The animation clip to take, by name or by number from 0; `none` takes none, `None` takes the first.
     pub animation: Option<String>,
     /// Frames a second when an animation is sampled. Default 30.
     pub frames_per_second: f32,

@@ -1,12 +1,12 @@
 //! glTF 2.0 in: `.gltf` with external or embedded buffers, and `.glb`.
 //!
-//! The way through: [`container`] finds the parts of the file, [`json`] and [`parse`] make a [`model`] with every index
-//! and range checked, [`accessor`] and [`primitive`] decode geometry, [`material`] maps materials and [`texture`] and
-//! [`bake`] make their textures, [`surface`] joins and welds a mesh, [`stage`] decides between the three forms of a
-//! document and [`assemble`] makes it. Axes turn from Y up to Z up, and texture coordinates from v down to v up.
+//! The way through: `container` finds the parts of the file, `json` and `parse` make a `model` with every index
+//! and range checked, `accessor` and `primitive` decode geometry, `material` maps materials and `texture` and
+//! `bake` make their textures, `surface` joins and welds a mesh, `stage` decides between the three forms of a
+//! document and `assemble` makes it. Axes turn from Y up to Z up, and texture coordinates from v down to v up.
 //!
 //! Nothing in the file is trusted: sizes are checked against the bytes that are there, and products of counts against
-//! [`limits`], before anything is allocated; nodes are walked without recursion; files are read in the asset's folder
+//! `limits`, before anything is allocated; nodes are walked without recursion; files are read in the asset's folder
 //! alone unless the options say otherwise.
 
 mod accessor;
