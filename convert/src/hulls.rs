@@ -1,10 +1,11 @@
 //! Convex decomposition, for the bodies of a physics simulation.
 //!
 //! A convex mesh is its own hull. Others are cut by V-HACD (K. Mamou, "Volumetric Hierarchical Approximate Convex
-//! Decomposition", 2016) as in parry3d, on a grid of 128 voxels along the longest side; each part's surface gets a hull
-//! of our own, in 64 bits and with a limit on its vertices. The mesh is checked and scaled to a unit box first, so that
-//! what parry3d asserts always holds.
+//! Decomposition", 2016) as in parry3d, on a grid of 128 voxels along the longest side; the surface in each part gets a
+//! hull of our own, exactly convex and with a limit on its vertices. The mesh is checked and scaled to a unit box first,
+//! so that what parry3d asserts of its input holds.
 
+mod clouds;
 mod measure;
 mod quickhull;
 
@@ -279,17 +280,15 @@ impl Unit {
 
     /// The hulls of the parts of a decomposition, merged to as many as may be, and how many parts had no volume.
     fn pieces(&self, voxels: VoxelSet, concavity: f32, options: &HullOptions) -> (Vec<Polyhedron>, usize) {
-        let most = options.max_hulls.min(1024) as u32;
+        // This limit is really one on the depth of cuts, and a low one leaves parts whole that sorely need a cut: so it
+        // is high, and what is too many is merged below.
         let parameters =
-            VHACDParameters { concavity, resolution: RESOLUTION, max_convex_hulls: most, ..VHACDParameters::default() };
+            VHACDParameters { concavity, resolution: RESOLUTION, max_convex_hulls: 1024, ..VHACDParameters::default() };
         let parts = VHACD::from_voxels(&parameters, voxels);
-        let clouds = parts.compute_primitive_intersections(&self.points(), &self.triangles);
+        let clouds = clouds::of_parts(&self.vertices, &self.triangles, parts.voxel_parts());
         let mut pieces = Vec::new();
         let mut dropped = 0;
-        for cloud in clouds {
-            let mut points: Vec<DVec3> = cloud.into_iter().map(|point| point.as_dvec3()).collect();
-            points.sort_unstable_by(|a, b| a.to_array().map(f64::to_bits).cmp(&b.to_array().map(f64::to_bits)));
-            points.dedup();
+        for points in clouds {
             // A wall without thickness becomes a plate, or nothing would stop at it.
             let solid = hull(&points, options.max_vertices).filter(|piece| piece.volume() > MOST_FLAT);
             match solid.or_else(|| plate(&points, options.max_vertices)) {
