@@ -38,6 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn subject(path: &Path) -> Result<Subject, LabError> {
     let (scene, camera) = load(path)?;
     let camera = camera.unwrap_or_else(|| scene.fitting_camera(4.0 / 3.0));
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = stem.trim_end_matches(".scene").to_owned();
     Ok(Subject { name, scene, view: View { camera, width: 1024, height: 768, frame: 0.0 } })
 }

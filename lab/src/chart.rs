@@ -51,8 +51,8 @@ pub fn cost_and_error(study: &Study) -> String {
 
 fn panel(svg: &mut String, title: &str, rows: &[&Row]) {
     let times = rows.iter().flat_map(|row| [row.gpu_quartiles[0], row.gpu_ms, row.gpu_quartiles[1]]);
-    let x = Axis::around(times, WIDTH);
-    let y = Axis::around(rows.iter().map(|row| row.flip_mean), HEIGHT);
+    let x = Axis::logarithmic(times, WIDTH);
+    let y = Axis::linear(rows.iter().map(|row| row.flip_mean), HEIGHT);
     let place = |row: &Row| (x.place(row.gpu_ms), HEIGHT - y.place(row.flip_mean));
     text(svg, (0.0, -10.0), "start", "font-size=\"13\" font-weight=\"bold\"", title);
     for (value, label) in x.ticks() {
@@ -67,7 +67,7 @@ fn panel(svg: &mut String, title: &str, rows: &[&Row]) {
     }
     line(svg, [(0.0, 0.0), (0.0, HEIGHT)], INK);
     line(svg, [(0.0, HEIGHT), (WIDTH, HEIGHT)], INK);
-    text(svg, (0.5 * WIDTH, HEIGHT + 32.0), "middle", "", "GPU time of a frame, ms");
+    text(svg, (0.5 * WIDTH, HEIGHT + 32.0), "middle", "", "GPU time of a frame, ms (logarithmic)");
     let turned = format!("transform=\"rotate(-90 -46 {})\"", 0.5 * HEIGHT);
     text(svg, (-46.0, 0.5 * HEIGHT), "middle", &turned, "mean FLIP difference");
 
@@ -125,34 +125,62 @@ fn pareto_front<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
     front
 }
 
-/// A linear scale from 0.
+/// A scale from values to pixels.
 struct Axis {
+    begin: f64,
     end: f64,
-    step: f64,
     length: f64,
+    logarithmic: bool,
 }
 
 impl Axis {
-    fn around(values: impl Iterator<Item = f64>, length: f64) -> Self {
+    /// Linear from 0, for errors.
+    fn linear(values: impl Iterator<Item = f64>, length: f64) -> Self {
         let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
         let largest = if largest > 0.0 { largest } else { 1.0 };
-        // Some five ticks at 1, 2 or 5 times a power of ten.
-        let raw = largest / 5.0;
-        let power = 10_f64.powf(raw.log10().floor());
-        let step =
-            [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| *step >= raw).unwrap_or(raw);
-        Self { end: 1.08 * largest, step, length }
+        Self { begin: 0.0, end: 1.08 * largest, length, logarithmic: false }
+    }
+
+    /// Logarithmic with room on both sides, for times: variants may be a hundred times apart.
+    fn logarithmic(values: impl Iterator<Item = f64>, length: f64) -> Self {
+        let (low, high) = values
+            .filter(|value| value.is_finite() && *value > 0.0)
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
+        let (low, high) = if low <= high { (low, high) } else { (1.0, 1.0) };
+        let room = 1.2 * (high / low).powf(0.08);
+        Self { begin: low / room, end: high * room, length, logarithmic: true }
     }
 
     fn place(&self, value: f64) -> f64 {
-        value / self.end * self.length
+        let share = if self.logarithmic {
+            (value.max(self.begin) / self.begin).ln() / (self.end / self.begin).ln()
+        } else {
+            (value - self.begin) / (self.end - self.begin)
+        };
+        share * self.length
     }
 
+    /// Round values with their labels.
     fn ticks(&self) -> Vec<(f64, String)> {
-        let digits = (-self.step.log10().floor()).max(0.0) as usize;
-        let count = (self.end / self.step) as usize;
-        (0..=count).map(|index| index as f64 * self.step).map(|value| (value, format!("{value:.digits$}"))).collect()
+        if self.logarithmic {
+            let powers = self.begin.log10().floor() as i32..=self.end.log10().ceil() as i32;
+            let round = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|factor| factor * 10_f64.powi(power)));
+            return round.filter(|v| (self.begin..=self.end).contains(v)).map(|v| (v, label(v, v))).collect();
+        }
+        // Some five, at 1, 2 or 5 times a power of ten.
+        let raw = self.end / 1.08 / 5.0;
+        let power = 10_f64.powf(raw.log10().floor());
+        let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
+        let step = steps.into_iter().find(|step| *step >= raw).unwrap_or(raw);
+        let count = (self.end / step) as usize;
+        (0..=count).map(|index| index as f64 * step).map(|value| (value, label(value, step))).collect()
     }
+}
+
+/// A number with the digits that a step of this size needs.
+fn label(value: f64, step: f64) -> String {
+    let digits = (-step.log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
 }
 
 fn line(svg: &mut String, [(x1, y1), (x2, y2)]: [(f64, f64); 2], color: &str) {
@@ -186,11 +214,14 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_cover_the_values() {
-        let ticks = |values: &[f64]| Axis::around(values.iter().copied(), 100.0).ticks();
-        let labels = |values: &[f64]| ticks(values).into_iter().map(|tick| tick.1).collect::<Vec<_>>().join(" ");
+        let text = |axis: Axis| axis.ticks().into_iter().map(|tick| tick.1).collect::<Vec<_>>().join(" ");
+        let labels = |values: &[f64]| text(Axis::linear(values.iter().copied(), 100.0));
+        let times = |values: &[f64]| text(Axis::logarithmic(values.iter().copied(), 100.0));
         assert_eq!(labels(&[9.5, 3.0]), "0 2 4 6 8 10");
         assert_eq!(labels(&[0.012]), "0.000 0.005 0.010");
         assert_eq!(labels(&[f64::NAN]), "0.0 0.2 0.4 0.6 0.8 1.0");
+        assert_eq!(times(&[9.0, 120.0]), "10 20 50 100");
+        assert_eq!(times(&[0.0, f64::NAN]), "1");
     }
 
     #[test]
