@@ -29,7 +29,7 @@ pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, Conv
                 };
                 asset.textures.insert(name, file);
             }
-            Err(reason) => asset.report.lost("", "texture", reason),
+            Err(reason) => asset.report.lost("", "texture", format!("{name}: {reason}")),
         }
     }
     Ok(asset)
@@ -107,5 +107,101 @@ pub(crate) fn for_each_single<'a>(document: &'a Document, mut call: impl FnMut(&
             MaterialBody::Multi(subs) => pending.extend(subs.iter().rev()),
             MaterialBody::Single(single) => call(&material.name, single),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Silent, export as export_file, import as import_file};
+    use aam_scene::{Camera, Falloff, Light, LightKind, Projection, Shading};
+    use glam::Vec3;
+
+    #[test]
+    fn lights_and_cameras_go_to_a_scene_file() {
+        let light = Light {
+            name: "lamp".into(),
+            kind: LightKind::Point { position: Vec3::new(1.0, 2.0, 3.0), falloff: Falloff::InverseSquare },
+            ambient: Vec3::ZERO,
+            diffuse: Vec3::new(4.0, 3.0, 2.0),
+            specular: Vec3::ONE,
+            shape: None,
+        };
+        let camera = Camera {
+            name: "front".into(),
+            position: Vec3::NEG_Y,
+            target: Vec3::ZERO,
+            up: Vec3::Z,
+            projection: Projection::Perspective { fov_y: 0.5 },
+            near: 0.1,
+            far: 10.0,
+        };
+        let document = Document {
+            geometry: aam::document::Geometry { frames: vec![aam::document::Frame::default()], ..Default::default() },
+            ..Document::default()
+        };
+        let asset = Asset {
+            document,
+            lights: vec![light.clone()],
+            cameras: vec![camera],
+            shading: Some(Shading::Linear),
+            ..Asset::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("my model.aam");
+        export_file(&asset, &path, &ExportOptions::default()).unwrap();
+        let scene = SceneFile::read(&folder.path().join("my model.scene.toml")).unwrap();
+        assert_eq!(scene.lights, Some(vec![light]));
+        assert_eq!(scene.cameras.len(), 1);
+        assert_eq!(scene.shading, Some(Shading::Linear));
+        assert_eq!(scene.asset_paths(&folder.path().join("my model.scene.toml")), [path.clone()]);
+        // One that was edited since is not replaced without being asked.
+        std::fs::write(folder.path().join("my model.scene.toml"), "# mine\n").unwrap();
+        let error = export_file(&asset, &path, &ExportOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("my model.scene.toml: exists with other content"), "{error}");
+        let force = ExportOptions { overwrite: true, ..ExportOptions::default() };
+        export_file(&asset, &path, &force).unwrap();
+
+        // Nothing of that without lights and cameras.
+        let plain = Asset { document: asset.document, ..Asset::default() };
+        let report = export_file(&plain, &folder.path().join("plain.aam"), &ExportOptions::default()).unwrap();
+        assert_eq!(report.changes, []);
+        assert!(!folder.path().join("plain.scene.toml").exists());
+    }
+
+    #[test]
+    fn textures_are_found_beside_and_missing_ones_reported() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut document = Document::default();
+        for (number, file) in [(0, "maps\\Wood.PNG"), (1, "../up.png"), (2, "none.png")] {
+            let mut single = SingleMaterial { class: "Standard".into(), ..SingleMaterial::default() };
+            single.layers[0] = Flagged::Yes(Box::new(aam::document::Texture::new(file)));
+            document.materials.push(aam::document::Material {
+                number,
+                name: "m".into(),
+                body: MaterialBody::Single(Box::new(single)),
+                unknown: Vec::new(),
+            });
+        }
+        document.geometry.frames.push(aam::document::Frame::default());
+        let inner = folder.path().join("in");
+        std::fs::create_dir_all(inner.join("maps")).unwrap();
+        std::fs::write(inner.join("maps/wood.png"), "w").unwrap();
+        std::fs::write(folder.path().join("up.png"), "u").unwrap();
+        aam::write_file(&inner.join("m.aam"), &document, &aam::WriteOptions::default()).unwrap();
+
+        let asset = import_file(&inner.join("m.aam"), &ImportOptions::default(), &Silent).unwrap();
+        assert_eq!(asset.textures.keys().collect::<Vec<_>>(), ["maps\\Wood.PNG"]);
+        let lost: Vec<&str> = asset.report.changes.iter().map(|change| change.note.as_str()).collect();
+        assert!(lost.len() == 2 && lost[0].starts_with("../up.png: ") && lost[1].starts_with("none.png: "), "{lost:?}");
+        // On the way out the name leads to the same place on every system.
+        export_file(&asset, &folder.path().join("out/m.aam"), &ExportOptions::default()).unwrap();
+        assert_eq!(std::fs::read(folder.path().join("out/maps/Wood.PNG")).unwrap(), b"w");
+
+        let outside = ImportOptions { allow_outside: true, ..ImportOptions::default() };
+        let asset = import_file(&inner.join("m.aam"), &outside, &Silent).unwrap();
+        assert_eq!(asset.textures.len(), 2);
+        let report = export_file(&asset, &folder.path().join("far/m.aam"), &ExportOptions::default()).unwrap();
+        assert!(report.changes.iter().any(|change| change.note.contains("\"../up.png\" is not copied")));
     }
 }

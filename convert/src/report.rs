@@ -39,8 +39,14 @@ pub struct Report {
 
 impl Report {
     fn add(&mut self, outcome: Outcome, subject: &str, property: &str, note: String, size: Option<String>) {
-        let change = Change { outcome, subject: subject.into(), property: property.into(), note, size };
-        if !self.changes.contains(&change) {
+        self.push(Change { outcome, subject: subject.into(), property: property.into(), note, size });
+    }
+
+    /// Adds a line, unless it is among the latest already.
+    fn push(&mut self, change: Change) {
+        /// Enough to catch what is said for each of several parts, few enough that many lines take no long time.
+        const LATEST: usize = 500;
+        if !self.changes.iter().rev().take(LATEST).any(|known| *known == change) {
             self.changes.push(change);
         }
     }
@@ -62,11 +68,7 @@ impl Report {
 
     /// All lines of another report after these.
     pub fn append(&mut self, other: Self) {
-        for change in other.changes {
-            if !self.changes.contains(&change) {
-                self.changes.push(change);
-            }
-        }
+        other.changes.into_iter().for_each(|change| self.push(change));
     }
 
     /// How many lines have this outcome.

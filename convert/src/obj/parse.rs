@@ -39,6 +39,8 @@ pub(super) struct Model {
     pub(super) small_faces: usize,
     /// `v` lines with a weight other than 1.
     pub(super) weights: usize,
+    /// `vt` lines with a value that is no finite number, which became 0.
+    pub(super) odd_tex_coords: usize,
 }
 
 /// A corner of a face.
@@ -155,21 +157,15 @@ impl Parser<'_> {
         match keyword {
             b"v" => self.vertex(statement)?,
             b"vt" => {
-                let u = self.source.number(statement, "a texture coordinate")?;
-                let v = if statement.peek().is_some() {
-                    self.source.number(statement, "a texture coordinate")?
-                } else {
-                    0.0
-                };
-                self.model.tex_coords.push([u, v]);
+                let u = self.loose(statement, "a texture coordinate")?;
+                let v = if statement.peek().is_some() { self.loose(statement, "a texture coordinate")? } else { 0.0 };
+                self.model.odd_tex_coords += usize::from(!(u.is_finite() && v.is_finite()));
+                self.model.tex_coords.push([u, v].map(|value| if value.is_finite() { value } else { 0.0 }));
             }
             b"vn" => {
                 let mut normal = [0.0; 3];
                 for value in &mut normal {
-                    // Exporters write `nan` for the normals of faces without area: no normal, not a broken file.
-                    let word = statement.word();
-                    let number = word.and_then(|(_, word)| fast_float2::parse::<f32, _>(word).ok());
-                    *value = number.ok_or_else(|| self.source.unexpected("a normal's coordinate", word, statement))?;
+                    *value = self.loose(statement, "a normal's coordinate")?;
                 }
                 self.model.normals.push(normal);
             }
@@ -191,6 +187,17 @@ impl Parser<'_> {
             }
         }
         Ok(())
+    }
+
+    /// A number that need not be finite: exporters write `nan` or `-1.#IND` for the normals and texture coordinates of
+    /// faces without area, and the file is not broken by that.
+    fn loose(&self, statement: &mut Statement, what: &str) -> Result<f32, ConvertError> {
+        let word = statement.word();
+        let number = word.and_then(|(_, word)| {
+            let microsoft = || word.windows(2).any(|pair| pair[0] == b'#' && pair[1].is_ascii_uppercase());
+            fast_float2::parse::<f32, _>(word).ok().or_else(|| microsoft().then_some(f32::NAN))
+        });
+        number.ok_or_else(|| self.source.unexpected(what, word, statement))
     }
 
     fn vertex(&mut self, statement: &mut Statement) -> Result<(), ConvertError> {
@@ -418,6 +425,14 @@ mod tests {
         assert!(read("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 1 1 0\n").is_ok());
         assert!(read("hello world\nthis is text\n").err().unwrap().contains("not an OBJ file"));
         assert!(read("").is_ok());
+    }
+
+    #[test]
+    fn normals_and_texture_coordinates_that_are_no_numbers() {
+        let model = read("v 0 0 0\nvt nan 0.5\nvt 0.25 -1.#IND00\nvn nan -1.#QNAN 0\n").unwrap();
+        assert_eq!((&model.tex_coords[..], model.odd_tex_coords), (&[[0.0, 0.5], [0.25, 0.0]][..], 2));
+        assert!(model.normals[0][0].is_nan() && model.normals[0][1].is_nan());
+        assert!(read("vt x 0\n").is_err() && read("v 0 nan 0\n").is_err() && read("v 0 -1.#IND 0\n").is_err());
     }
 
     #[test]

@@ -63,6 +63,10 @@ fn report_ignored(model: &Model, report: &mut Report) {
     if model.small_faces > 0 {
         report.lost("", "faces", format!("{} have fewer than three corners", model.small_faces));
     }
+    if model.odd_tex_coords > 0 {
+        let note = format!("{} are no finite numbers and become 0", model.odd_tex_coords);
+        report.changed("", "texture coordinates", note, None);
+    }
     if model.weights > 0 {
         report.lost(
             "",

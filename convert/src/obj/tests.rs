@@ -558,3 +558,68 @@ fn converting_a_file_takes_its_textures_along() {
     let error = convert(&folder.path("in/m.obj"), Some(&folder.path("in/m.obj")), &options, &Silent).unwrap_err();
     assert!(error.to_string().contains("this is the input"));
 }
+
+/// Every triangle of every AAM file of the corpus comes back from OBJ, with its normals.
+#[test]
+fn corpus_documents_come_back_from_obj() {
+    let Some(folder) = corpus() else { return };
+    let mut paths: Vec<PathBuf> =
+        std::fs::read_dir(folder.join("aam")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let (mut files, mut triangles, mut inexact) = (0, 0, 0);
+    for path in paths {
+        let asset = import(&path, &ImportOptions::default(), &Silent).unwrap();
+        let target = Folder::new(&[]);
+        let report = export(&asset, &target.path("m.obj"), &ExportOptions::default()).unwrap();
+        inexact += usize::from(report.changes.iter().any(|change| change.property == "smoothing groups"));
+        let Ok(back) = import(&target.path("m.obj"), &ImportOptions::default(), &Silent) else {
+            assert!(
+                asset
+                    .document
+                    .objects()
+                    .iter()
+                    .all(|object| { object.faces.as_ref().is_none_or(|faces| faces.triangles.is_empty()) })
+            );
+            continue;
+        };
+        let posed = aam::meaning::world_transforms(
+            &asset.document,
+            &aam::meaning::Hierarchy::of(asset.document.objects()),
+            0.0,
+        );
+        type Key = [[i64; 3]; 3];
+        let collect = |document: &aam::Document, poses: Option<&[glam::Affine3A]>| {
+            let rule = SmoothingRule::of(document);
+            let mut found: std::collections::BTreeMap<Key, Vec<[Vec3; 3]>> = std::collections::BTreeMap::new();
+            for (index, object) in document.objects().iter().enumerate() {
+                let pose = poses.map_or(glam::Affine3A::IDENTITY, |poses| poses[index]);
+                let normals = object_normals(object, rule);
+                for (triangle, normals) in object.faces.iter().flat_map(|faces| &faces.triangles).zip(normals) {
+                    let corners =
+                        triangle.vertices.map(|at| pose.transform_point3(object.vertices[at as usize].into()));
+                    if aam::meaning::face_normal(corners[0], corners[1], corners[2]).is_some() {
+                        let key = corners.map(|corner| corner.to_array().map(|value| (value * 1e4).round() as i64));
+                        let turned = normals.map(|normal| pose.transform_vector3(normal).normalize_or(normal));
+                        found.entry(key).or_default().push(turned);
+                    }
+                }
+            }
+            found
+        };
+        let before = collect(&asset.document, Some(&posed));
+        let after = collect(&back.document, None);
+        assert!(before.keys().eq(after.keys()), "{}: triangles differ", path.display());
+        for (key, wanted) in &before {
+            let given = &after[key];
+            assert_eq!(given.len(), wanted.len(), "{}", path.display());
+            for wanted in wanted {
+                let near = |given: &[Vec3; 3]| (0..3).all(|at| wanted[at].distance(given[at]) < 0.01);
+                assert!(given.iter().any(near), "{}: {wanted:?} is not among {given:?}", path.display());
+            }
+            triangles += wanted.len();
+        }
+        files += 1;
+    }
+    println!("{files} files, {triangles} triangles; {inexact} with smoothing that numbers cannot say");
+    assert!(files > 40);
+}

@@ -34,7 +34,8 @@ impl<'a> Library<'a> {
         for_each_single(&asset.document, |name, single| {
             let name = clean(&name.decoded(), "material");
             let known = by_name.entry(name.clone()).or_default();
-            let same = known.iter().copied().find(|entry| library.entries[*entry].single == single);
+            // Of many of one name only the latest are compared, to stay linear.
+            let same = known.iter().rev().take(64).copied().find(|entry| library.entries[*entry].single == single);
             let entry = same.unwrap_or_else(|| {
                 known.push(library.entries.len());
                 let name = if known.len() == 1 { name } else { format!("{name}_{}", known.len()) };

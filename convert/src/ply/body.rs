@@ -65,7 +65,7 @@ pub(super) fn read(source: Source, header: &Header, report: &mut Report) -> Resu
             "tristrips" => model.strips(&mut data, element, &mut strips)?,
             _ => {
                 if element.count > 0 {
-                    model.unused.push(format!("{} × {}", element.count, element.name));
+                    model.leave_out(format!("{} × {}", element.count, element.name));
                 }
                 // What has no properties takes no bytes, however many there are of it.
                 for _ in 0..if element.properties.is_empty() { 0 } else { element.count } {
@@ -83,7 +83,6 @@ pub(super) fn read(source: Source, header: &Header, report: &mut Report) -> Resu
         return Err(source.broken_byte(header.end, message));
     }
     if !model.unused.is_empty() {
-        model.unused.truncate(20);
         report.lost("", "elements and properties", format!("not used: {}", model.unused.join(", ")));
     }
     if model.small_faces > 0 {
@@ -92,15 +91,24 @@ pub(super) fn read(source: Source, header: &Header, report: &mut Report) -> Resu
     Ok(model)
 }
 
+/// Names in the report.
+const MOST_UNUSED: usize = 20;
+
 impl Model {
+    fn leave_out(&mut self, name: String) {
+        if self.unused.len() < MOST_UNUSED && !self.unused.contains(&name) {
+            self.unused.push(name);
+        }
+    }
+
     fn vertices(&mut self, data: &mut Data, element: &Element) -> Result<(), ConvertError> {
         let mut slots: Vec<Option<usize>> = Vec::new();
         let mut white = 1.0;
         for property in &element.properties {
             let known = VERTEX.iter().find(|(name, _)| *name == property.name).map(|(_, slot)| *slot);
             let slot = known.filter(|slot| property.length.is_none() && !slots.contains(&Some(*slot)));
-            if slot.is_none() && !self.unused.contains(&property.name) {
-                self.unused.push(property.name.clone());
+            if slot.is_none() {
+                self.leave_out(property.name.clone());
             }
             if slot == Some(6) {
                 white = property.kind.white();
@@ -144,8 +152,8 @@ impl Model {
         };
         let coords = element.properties.iter().position(|property| is_list(&property) && property.name == "texcoord");
         for (at, property) in element.properties.iter().enumerate() {
-            if at != indices && Some(at) != coords && !self.unused.contains(&property.name) {
-                self.unused.push(property.name.clone());
+            if at != indices && Some(at) != coords {
+                self.leave_out(property.name.clone());
             }
         }
         let mut numbers = Vec::new();

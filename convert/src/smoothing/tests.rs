@@ -279,3 +279,33 @@ proptest! {
         prop_assert!(worst_degrees(&authored, &given) < 1e-5_f32.to_degrees());
     }
 }
+
+/// The smoothing groups of real files, from their normals alone. Blender's numbers are made masks by this too.
+#[test]
+fn groups_of_real_files_are_recovered() {
+    let Some(folder) = std::env::var_os("AAM_CORPUS").map(std::path::PathBuf::from) else {
+        println!("skipped: AAM_CORPUS is not set");
+        return;
+    };
+    let (mut objects, mut recovered, mut corners, mut off) = (0, 0, 0, 0);
+    let mut paths: Vec<_> = std::fs::read_dir(folder.join("aam")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    for path in paths {
+        let document = aam::read_file(&path, &aam::ReadOptions::default()).unwrap().document;
+        let rule = SmoothingRule::of(&document);
+        for object in document.objects() {
+            let triangles: Vec<[u32; 3]> =
+                object.faces.iter().flat_map(|faces| &faces.triangles).map(|triangle| triangle.vertices).collect();
+            let normals = aam::meaning::object_normals(object, rule);
+            let normals: Vec<[[f32; 3]; 3]> =
+                normals.iter().map(|corners| corners.map(|normal| normal.to_array())).collect();
+            let found = recover(&object.vertices, &triangles, &normals, 0.5);
+            objects += 1;
+            recovered += usize::from(found.explicit.is_none());
+            corners += found.corners;
+            off += found.corners_off;
+        }
+    }
+    println!("{recovered} of {objects} objects, {} of {corners} corners", corners - off);
+    assert_eq!(recovered, objects);
+}
