@@ -46,9 +46,9 @@ demo: packages
 	mkdir -p demo
 	target/debug/aam convert fixtures/assets/crate.gltf demo/crate.aam
 	target/debug/aam info demo/crate.aam
-	target/debug/aam render demo/crate.aam -o demo/demo.png --size 1280x960 --msaa 4
+	target/debug/aam render demo/crate.scene.toml --view "Demo Camera" -o demo/demo.png --size 1280x800
 	@echo "demo/demo.png is the picture"
-	@if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ]; then target/debug/aam view demo/crate.aam; else echo "no display: run 'target/debug/aam view demo/crate.aam' where there is one"; fi
+	@if [ -n "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" ]; then target/debug/aam view demo/crate.scene.toml; else echo "no display: run 'target/debug/aam view demo/crate.scene.toml' where there is one"; fi
 
 test: test-packages
 	cargo fmt --all --check

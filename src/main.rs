@@ -22,6 +22,7 @@ use crate::cli::{Cli, Verb};
 use crate::terminal::Terminal;
 
 fn main() -> ExitCode {
+    quiet_drivers();
     panic::install();
     let cli = Cli::parse();
     logger::install(cli.global.verbose);
@@ -41,6 +42,19 @@ fn main() -> ExitCode {
         Err(failure) => {
             terminal.failure(&failure);
             ExitCode::from(2)
+        }
+    }
+}
+
+/// Keeps Mesa's layer for choosing among GPUs from asking Wayland where no session runs: it would print an `error:` that is
+/// neither ours nor one.
+fn quiet_drivers() {
+    let unset = |name| std::env::var_os(name).is_none();
+    if cfg!(target_os = "linux") && unset("XDG_RUNTIME_DIR") && unset("NODEVICE_SELECT") {
+        #[allow(unsafe_code, reason = "the layer listens to nothing but the environment")]
+        // SAFETY: this is the first thing that the program does, so no other thread reads the environment.
+        unsafe {
+            std::env::set_var("NODEVICE_SELECT", "1");
         }
     }
 }
