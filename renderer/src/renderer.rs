@@ -229,8 +229,11 @@ impl Renderer {
             parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
         };
         let frame = Frame { constants, list, overlays, backdrop, format, direct, linear };
-        self.build_pipelines(&frame)?;
         stats.cpu.upload_ms = milliseconds(start);
+
+        let start = Instant::now();
+        self.build_pipelines(&frame)?;
+        stats.cpu.pipelines_ms = milliseconds(start);
 
         let start = Instant::now();
         if frame.list.blended.is_empty() {

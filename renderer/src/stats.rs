@@ -39,14 +39,23 @@ impl FrameStats {
 /// Time on the CPU in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CpuTimes {
-    /// Preparing and uploading: meshes, textures, materials, pipelines.
+    /// Preparing and uploading: meshes, textures, materials.
     pub upload_ms: f64,
+    /// Building shaders and pipelines that no frame needed before. A driver may put part of that off to the first draw.
+    pub pipelines_ms: f64,
     /// Sorting transparent triangles.
     pub sort_ms: f64,
     /// Recording and submitting commands.
     pub encode_ms: f64,
     /// Waiting for the GPU and reading the picture back; 0 unless an image was asked for.
     pub read_back_ms: f64,
+}
+
+impl CpuTimes {
+    /// What the frame cost the CPU; waiting for the GPU is not part of it.
+    pub fn total_ms(&self) -> f64 {
+        self.upload_ms + self.pipelines_ms + self.sort_ms + self.encode_ms
+    }
 }
 
 /// Time that one pass took on the GPU.

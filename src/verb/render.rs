@@ -215,6 +215,7 @@ impl Drawer {
                     .map_err(|error| Failure::new(error).help("--engine reference draws on the CPU"))?;
                 let milliseconds = |ms: f64| Duration::from_secs_f64((ms * 1e-3).max(0.0));
                 times.add("upload", milliseconds(stats.cpu.upload_ms));
+                times.add("pipelines", milliseconds(stats.cpu.pipelines_ms));
                 times.add("draw", milliseconds(stats.cpu.sort_ms + stats.cpu.encode_ms + stats.cpu.read_back_ms));
                 *camera_light = stats.camera_light;
                 Ok(image)

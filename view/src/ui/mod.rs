@@ -249,7 +249,7 @@ fn status(ui: &mut egui::Ui, model: &Model) {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let stats = &model.stats;
             if model.opened.is_some() {
-                let cpu = stats.cpu.upload_ms + stats.cpu.sort_ms + stats.cpu.encode_ms;
+                let cpu = stats.cpu.total_ms();
                 let gpu = stats.gpu_ms().map_or_else(|| "–".into(), |ms| format!("{ms:.1} ms"));
                 let shown = ui.label(theme::weak(format!(
                     "{} triangles   CPU {cpu:.1} ms   GPU {gpu}",
@@ -264,7 +264,12 @@ fn status(ui: &mut egui::Ui, model: &Model) {
 fn passes(ui: &mut egui::Ui, model: &Model) {
     egui::Grid::new("passes").num_columns(2).show(ui, |ui| {
         let stats = &model.stats;
-        let cpu = [("upload", stats.cpu.upload_ms), ("sort", stats.cpu.sort_ms), ("encode", stats.cpu.encode_ms)];
+        let cpu = [
+            ("upload", stats.cpu.upload_ms),
+            ("pipelines", stats.cpu.pipelines_ms),
+            ("sort", stats.cpu.sort_ms),
+            ("encode", stats.cpu.encode_ms),
+        ];
         let gpu = stats.gpu.iter().flatten().map(|pass| (pass.name, pass.ms));
         for (side, name, ms) in
             cpu.into_iter().map(|(name, ms)| ("CPU", name, ms)).chain(gpu.map(|(name, ms)| ("GPU", name, ms)))
