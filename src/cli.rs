@@ -185,10 +185,10 @@ pub(crate) struct PhysicsArgs {
     /// Restitution, from 0 (the default) to 1
     #[arg(long, value_name = "F", value_parser = args::fraction, requires = "physics")]
     pub(crate) restitution: Option<f32>,
-    /// At most this many convex hulls for each object; without it 64
+    /// At most this many convex hulls for each object, 64 if only an error is asked for; alone, the best so many can do
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), requires = "physics")]
     pub(crate) hulls: Option<u32>,
-    /// Stop splitting once the hulls are this close to the surface, as a fraction of the object's diagonal
+    /// As few hulls as are this close to the surface, as a fraction of the object's diagonal; without it and --hulls 0.02
     #[arg(long, value_name = "E", value_parser = args::fraction, requires = "physics")]
     pub(crate) max_error: Option<f32>,
 }

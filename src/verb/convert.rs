@@ -182,7 +182,8 @@ fn physics(args: &ConvertArgs) -> Option<PhysicsOptions> {
     options.dynamic_friction = given.dynamic_friction.unwrap_or(options.dynamic_friction);
     options.restitution = given.restitution.unwrap_or(options.restitution);
     options.hulls.max_hulls = given.hulls.map_or(options.hulls.max_hulls, |count| count as usize);
-    options.hulls.max_error = given.max_error;
+    // Whoever asks for a number of hulls wants the best that so many can do.
+    options.hulls.max_error = given.max_error.or(options.hulls.max_error.filter(|_| given.hulls.is_none()));
     Some(options)
 }
 

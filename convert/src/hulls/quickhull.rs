@@ -5,8 +5,6 @@
 //! point sees is decided by exact predicates (J. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust
 //! Geometric Predicates", 1997), so the result is convex however close the points are.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
 
@@ -20,11 +18,15 @@ pub(super) struct Polyhedron {
 
 struct Face {
     corners: [u32; 3],
+    /// The faces beyond the edges from each corner to the next.
+    neighbors: [u32; 3],
     normal: DVec3,
     /// Points with `normal · p` above this are outside.
     offset: f64,
     /// Points that this face sees, and none before it did.
     outside: Vec<u32>,
+    /// The one of them that is farthest, and how far.
+    farthest: (f64, u32),
     alive: bool,
 }
 
@@ -43,11 +45,12 @@ pub(super) fn hull(points: &[DVec3], most_vertices: usize) -> Option<Polyhedron>
     if !(size.is_finite() && size > 0.0) {
         return None;
     }
-    let mut builder = Builder { points, faces: Vec::new(), edges: BTreeMap::new() };
+    let mut builder = Builder { points, faces: Vec::new(), alive: 0, fan: vec![0; points.len()] };
     builder.start(FLAT * size)?;
     // Each step adds a vertex; some go inside again, so there may be a few more steps than vertices.
     for _ in 0..4 * most_vertices {
-        if builder.vertices().len() >= most_vertices {
+        // Euler's formula of a closed surface of triangles.
+        if builder.alive / 2 + 2 >= most_vertices {
             break;
         }
         let Some((face, point)) = builder.farthest(1e-5 * size) else { break };
@@ -55,14 +58,29 @@ pub(super) fn hull(points: &[DVec3], most_vertices: usize) -> Option<Polyhedron>
             builder.add(face, point);
         } else {
             // Only by rounding, beside a face that is next to nothing.
-            builder.faces[face as usize].outside.retain(|other| *other != point);
+            builder.leave_out(face, point);
         }
     }
     Some(builder.finish())
 }
 
+/// Hulls with less volume (of a mesh whose longest side is 1) are flat.
+const MOST_FLAT: f64 = 1e-9;
+/// The thickness of the plate that flat points become.
+const PLATE: f64 = 1.0 / 256.0;
+
+/// The hull of points; one in a plane becomes a thin plate, or nothing would stop at it. `None` if they are on one line.
+pub(super) fn solid(points: &[DVec3], most_vertices: usize) -> Option<Polyhedron> {
+    let found = hull(points, most_vertices).filter(|piece| piece.volume() > MOST_FLAT);
+    found.or_else(|| {
+        let aside = 0.5 * PLATE * plane_normal(points)?;
+        let both: Vec<DVec3> = points.iter().flat_map(|point| [*point - aside, *point + aside]).collect();
+        hull(&both, most_vertices)
+    })
+}
+
 /// The normal of the plane in which points lie roughly; `None` if they are on one line, within 10⁻⁶ of their extent.
-pub(super) fn plane_normal(points: &[DVec3]) -> Option<DVec3> {
+fn plane_normal(points: &[DVec3]) -> Option<DVec3> {
     let (a, _, c, along) = triangle(points)?;
     let (a, c) = (points[a as usize], points[c as usize]);
     along.cross(c - a).try_normalize()
@@ -96,8 +114,10 @@ const FLAT: f64 = 1e-6;
 struct Builder<'a> {
     points: &'a [DVec3],
     faces: Vec<Face>,
-    /// The face on the left of each directed edge.
-    edges: BTreeMap<(u32, u32), u32>,
+    /// How many faces are alive.
+    alive: usize,
+    /// The face of the newest fan that starts at each point of the horizon.
+    fan: Vec<u32>,
 }
 
 impl Builder<'_> {
@@ -125,21 +145,20 @@ impl Builder<'_> {
         let (b, c) = if height > 0.0 { (c, b) } else { (b, c) };
         let everything: Vec<u32> =
             (0..self.points.len() as u32).filter(|point| ![a, b, c, d].contains(point)).collect();
-        let made = [[a, b, c], [a, d, b], [b, d, c], [c, d, a]].map(|corners| self.push(corners));
+        let made = [([a, b, c], [1, 2, 3]), ([a, d, b], [3, 2, 0]), ([b, d, c], [1, 3, 0]), ([c, d, a], [2, 1, 0])]
+            .map(|(corners, neighbors)| self.push(corners, neighbors));
         self.distribute(everything, &made);
         Some(())
     }
 
-    fn push(&mut self, corners: [u32; 3]) -> u32 {
+    fn push(&mut self, corners: [u32; 3], neighbors: [u32; 3]) -> u32 {
         let [a, b, c] = corners.map(|corner| self.point(corner));
         let normal = (b - a).cross(c - a).normalize_or_zero();
         let offset = normal.dot(a);
-        let face = self.faces.len() as u32;
-        for (from, to) in [(0, 1), (1, 2), (2, 0)] {
-            self.edges.insert((corners[from], corners[to]), face);
-        }
-        self.faces.push(Face { corners, normal, offset, outside: Vec::new(), alive: true });
-        face
+        let (outside, farthest) = (Vec::new(), (0.0, 0));
+        self.faces.push(Face { corners, neighbors, normal, offset, outside, farthest, alive: true });
+        self.alive += 1;
+        self.faces.len() as u32 - 1
     }
 
     /// Gives each point to the face that it is farthest outside of.
@@ -153,66 +172,80 @@ impl Builder<'_> {
                     best = (distance, Some(*face));
                 }
             }
-            if let Some(face) = best.1 {
-                self.faces[face as usize].outside.push(point);
+            if let (distance, Some(face)) = best {
+                let face = &mut self.faces[face as usize];
+                face.outside.push(point);
+                if distance > face.farthest.0 {
+                    face.farthest = (distance, point);
+                }
             }
         }
+    }
+
+    fn leave_out(&mut self, face: u32, point: u32) {
+        let face = &mut self.faces[face as usize];
+        face.outside.retain(|other| *other != point);
+        let distances = face.outside.iter().map(|other| (face.distance(self.points[*other as usize]), *other));
+        face.farthest = distances.fold((0.0, 0), |best, each| if each.0 > best.0 { each } else { best });
     }
 
     /// The point farthest outside, and a face that sees it.
     fn farthest(&self, least: f64) -> Option<(u32, u32)> {
         let mut best = (least, None);
-        for (index, face) in self.faces.iter().enumerate().filter(|(_, face)| face.alive) {
-            for point in &face.outside {
-                let distance = face.distance(self.point(*point));
-                if distance > best.0 {
-                    best = (distance, Some((index as u32, *point)));
-                }
+        for (index, face) in self.faces.iter().enumerate() {
+            if face.alive && face.farthest.0 > best.0 {
+                best = (face.farthest.0, Some((index as u32, face.farthest.1)));
             }
         }
         best.1
+    }
+
+    fn kill(&mut self, face: u32) -> Vec<u32> {
+        let face = &mut self.faces[face as usize];
+        face.alive = false;
+        self.alive -= 1;
+        std::mem::take(&mut face.outside)
     }
 
     fn add(&mut self, seen_from: u32, point: u32) {
         let place = self.point(point);
         // All connected faces that the point sees, those in its plane too, so that none of the new ones is a sliver.
         let mut visible = vec![seen_from];
-        let mut loose = std::mem::take(&mut self.faces[seen_from as usize].outside);
-        self.faces[seen_from as usize].alive = false;
-        let mut horizon = Vec::new();
+        let mut loose = self.kill(seen_from);
         let mut at = 0;
         while at < visible.len() {
-            let [a, b, c] = self.faces[visible[at] as usize].corners;
-            at += 1;
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                let Some(&neighbor) = self.edges.get(&(to, from)) else { continue };
+            for neighbor in self.faces[visible[at] as usize].neighbors {
                 if self.faces[neighbor as usize].alive && self.side(neighbor, place) >= 0.0 {
-                    let face = &mut self.faces[neighbor as usize];
-                    face.alive = false;
-                    loose.append(&mut face.outside);
+                    loose.append(&mut self.kill(neighbor));
                     visible.push(neighbor);
                 }
             }
+            at += 1;
         }
-        for face in &visible {
-            let [a, b, c] = self.faces[*face as usize].corners;
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                let outer = self.edges.get(&(to, from)).is_some_and(|other| self.faces[*other as usize].alive);
-                if outer {
-                    horizon.push((from, to));
+        let first = self.faces.len() as u32;
+        for face in visible {
+            let Face { corners, neighbors, .. } = self.faces[face as usize];
+            for edge in 0..3 {
+                let outer = neighbors[edge];
+                if self.faces[outer as usize].alive && outer < first {
+                    let (from, to) = (corners[edge], corners[(edge + 1) % 3]);
+                    let made = self.push([from, to, point], [outer, 0, 0]);
+                    self.fan[from as usize] = made;
+                    let beyond = &mut self.faces[outer as usize];
+                    if let Some(back) =
+                        (0..3).find(|back| beyond.corners[*back] == to && beyond.neighbors[*back] == face)
+                    {
+                        beyond.neighbors[back] = made;
+                    }
                 }
             }
         }
-        for face in &visible {
-            let [a, b, c] = self.faces[*face as usize].corners;
-            for edge in [(a, b), (b, c), (c, a)] {
-                if self.edges.get(&edge) == Some(face) {
-                    self.edges.remove(&edge);
-                }
-            }
+        let made: Vec<u32> = (first..self.faces.len() as u32).collect();
+        for &face in &made {
+            let next = self.fan[self.faces[face as usize].corners[1] as usize];
+            self.faces[face as usize].neighbors[1] = next;
+            self.faces[next as usize].neighbors[2] = face;
         }
-        horizon.sort_unstable();
-        let made: Vec<u32> = horizon.into_iter().map(|(from, to)| self.push([from, to, point])).collect();
         loose.retain(|other| *other != point);
         self.distribute(loose, &made);
     }

@@ -114,7 +114,10 @@ fn two_boxes_are_two_pieces() {
     let mesh = both(cuboid([0.0; 3], [1.0; 3]), cuboid([3.0, 0.0, 0.0], [4.0, 1.0, 1.0]));
     let found = pieces(&mesh, &HullOptions::default());
     assert_eq!(found.hulls.len(), 2);
-    assert!(found.error < 0.005 && (volume(&found) - 2.0).abs() < 0.02, "{found:?}");
+    assert!(found.error < 1e-5 && (volume(&found) - 2.0).abs() < 1e-5, "{found:?}");
+    // More do not help, so more are not made.
+    let best = pieces(&mesh, &HullOptions { max_error: None, ..HullOptions::default() });
+    assert_eq!(best.hulls.len(), 2);
 }
 
 #[test]
@@ -122,10 +125,12 @@ fn a_torus_keeps_its_hole() {
     let mesh = torus(1.0, 0.3, 48);
     let exact = 2.0 * std::f64::consts::PI.powi(2) * 0.09;
     let found = pieces(&mesh, &HullOptions::default());
-    assert!((8..=32).contains(&found.hulls.len()), "{}", found.hulls.len());
+    assert!((8..=16).contains(&found.hulls.len()), "{}", found.hulls.len());
     assert!(found.error < 0.02 && found.uncovered < 0.01, "{} {}", found.error, found.uncovered);
     assert!((volume(&found) / exact - 1.0).abs() < 0.1, "{} {exact}", volume(&found));
     assert_eq!(found, pieces(&mesh, &HullOptions::default()));
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(found, one.install(|| pieces(&mesh, &HullOptions::default())), "threads change nothing");
 }
 
 #[test]
