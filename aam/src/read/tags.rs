@@ -217,7 +217,7 @@ fn keep_unknown<'a>(cx: &Context<'a>, block: &Block, mut rest: Rest<'a>) -> Pars
             );
         }
         cx.warn(start, "syntax/unknown-tag", unknown_message(block, start, word))?;
-        let (tail, lines) = unknown_lines(cx, start)?;
+        let (tail, lines) = unknown_lines(start)?;
         block.keep(cx.offset(start), Unknown { before: None, lines });
         rest = tail;
     }
@@ -260,7 +260,7 @@ fn edits(a: &[u8], b: &[u8]) -> usize {
 }
 
 /// One unknown line, the `{ }` block right after it, and the number rows right after that.
-fn unknown_lines<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Vec<Text>> {
+fn unknown_lines(rest: Rest<'_>) -> Parsed<'_, Vec<Text>> {
     let (mut rest, first) = line(skip_space(rest));
     let mut lines = vec![Text::from(first)];
     let mut depth = 0usize;
@@ -272,7 +272,7 @@ fn unknown_lines<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Vec<Text>> 
             b"{" => depth += 1,
             b"}" if depth > 0 => depth -= 1,
             _ if depth > 0 && !word.is_empty() => {}
-            _ if is_number && !cx.binary.get() => {}
+            _ if is_number => {}
             _ if depth > 0 => return Fault::expected(start, "`}` at the end of the unknown block"),
             _ => return Ok((rest, lines)),
         }

@@ -172,6 +172,12 @@ impl Out {
 
     /// Unknown lines, as they were but for the indentation.
     pub(crate) fn unknown_lines(&mut self, depth: usize, unknown: &Unknown) {
+        let tag = unknown.lines.first().and_then(|line| line.bytes().split(|byte| b" \t".contains(byte)).next());
+        if let Some(tag) = tag.filter(|tag| self.binary && tag.ends_with(b"_List:")) {
+            let message =
+                format!("{:?} cannot stand in a BINARY file: readers take it for binary data", Text::from(tag));
+            self.refuse("unknown text", message);
+        }
         for line in &unknown.lines {
             self.indent(depth);
             self.free_text("unknown text", line);

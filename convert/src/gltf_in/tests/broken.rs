@@ -457,7 +457,7 @@ fn no_changed_byte_does_harm() {
             bytes[at] = next() as u8;
         }
         std::fs::write(&path, &bytes).expect("written");
-        let _ = super::super::import(&path, &ImportOptions::default(), &Silent);
+        let _ = crate::import(&path, &ImportOptions::default(), &Silent);
     }
 }
 

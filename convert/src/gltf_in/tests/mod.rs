@@ -176,7 +176,7 @@ pub(super) fn import_bytes(bytes: &[u8], name: &str, options: &ImportOptions) ->
     let folder = TempDir::new().expect("a folder");
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).expect("written");
-    let asset = super::import(&path, options, &Silent)?;
+    let asset = crate::import(&path, options, &Silent)?;
     // What is imported can be written, and read back to the same.
     let bytes = aam::write(&asset.document, &aam::WriteOptions::default()).expect("a document that can be written");
     let read = aam::read(&bytes, &aam::ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
