@@ -112,7 +112,7 @@ fn run(bytes: Vec<u8>, path: &Path, options: &ImportOptions, progress: &dyn Prog
     let clip = clip::find(reader, options, &mut log)?;
     let form = form(&model, &graph, &moment, clip.as_ref(), options, &mut log);
     let frames = clip.as_ref().filter(|_| form != Form::Static).map_or(Ok(1), |clip| clip.frames(rate))?;
-    stage::check_size(&model, &graph, form, frames, clip.as_ref())?;
+    stage::check_size(&model, &graph, form, frames, clip.as_ref(), file.len().saturating_add(buffers.bytes()))?;
 
     let mut asset = Asset::default();
     let meshes = decode(reader, &graph, options.keep_uvs, &mut log, progress)?;
