@@ -70,15 +70,14 @@ impl Out {
         self.indent(depth);
         self.raw(tag.as_bytes());
         self.raw(b" ");
-        self.free_text(tag, text);
+        self.free_text(tag, text.bytes());
         self.end_line();
     }
 
     /// Text that must stay on its line.
-    pub(crate) fn free_text(&mut self, subject: &str, text: &Text) {
-        let bytes = text.bytes();
+    pub(crate) fn free_text(&mut self, subject: &str, bytes: &[u8]) {
         if memchr::memchr2(b'\n', b'\r', bytes).is_some() || trim_blanks(bytes).len() != bytes.len() {
-            self.refuse(subject, format!("{text:?} has line ends in it or blanks at its ends"));
+            self.refuse(subject, format!("{:?} has line ends in it or blanks at its ends", Text::from(bytes)));
         }
         self.raw(bytes);
     }
@@ -172,13 +171,13 @@ impl Out {
 
     /// Unknown lines, as they were but for the indentation.
     pub(crate) fn unknown_lines(&mut self, depth: usize, unknown: &Unknown) {
-        let tag = unknown.lines.first().and_then(|line| line.bytes().split(|byte| b" \t".contains(byte)).next());
+        let tag = unknown.text.bytes().split(|byte| b" \t\n".contains(byte)).next();
         if let Some(tag) = tag.filter(|tag| self.binary && tag.ends_with(b"_List:")) {
             let message =
                 format!("{:?} cannot stand in a BINARY file: readers take it for binary data", Text::from(tag));
             self.refuse("unknown text", message);
         }
-        for line in &unknown.lines {
+        for line in unknown.lines() {
             self.indent(depth);
             self.free_text("unknown text", line);
             self.end_line();
