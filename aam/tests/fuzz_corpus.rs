@@ -5,8 +5,12 @@ mod bodies;
 
 use std::path::Path;
 
-/// Runs a target over its folder.
-fn replay(target: &str, run: impl Fn(&[u8])) {
+/// Runs a target over folders.
+fn replay(folders: &[&str], run: impl Fn(&[u8])) {
+    folders.iter().for_each(|folder| replay_folder(folder, &run));
+}
+
+fn replay_folder(target: &str, run: impl Fn(&[u8])) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/corpus").join(target);
     let mut files: Vec<_> = std::fs::read_dir(&folder)
         .unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
@@ -22,20 +26,20 @@ fn replay(target: &str, run: impl Fn(&[u8])) {
 
 #[test]
 fn read_ascii() {
-    replay("read_ascii", bodies::read_ascii);
+    replay(&["read_ascii"], bodies::read_ascii);
 }
 
 #[test]
 fn read_binary() {
-    replay("read_binary", bodies::read_binary);
+    replay(&["read_binary"], bodies::read_binary);
 }
 
 #[test]
 fn read_write_read() {
-    replay("read_write_read", bodies::read_write_read);
+    replay(&["read_ascii", "read_write_read"], bodies::read_write_read);
 }
 
 #[test]
 fn check() {
-    replay("check", bodies::check);
+    replay(&["read_ascii", "check"], bodies::check);
 }

@@ -205,7 +205,7 @@ fn nul_is_text_in_a_name_and_rubbish_elsewhere() {
 fn a_large_file_cut_anywhere_is_refused_or_whole() {
     let mut vertices = String::new();
     for number in 0..20_000 {
-        let _ = write!(vertices, "\t\t{} {}.25 -{}e-3\n", number, number % 7, number % 1000);
+        let _ = writeln!(vertices, "\t\t{number} {}.25 -{}e-3", number % 7, number % 1000);
     }
     let source = WHOLE
         .replacen("V_List: 1\n\t\t0 0 0\n\tSKIN: Y\n\t\t0 1 0 1.0", &format!("V_List: 20000\n{vertices}\tSKIN: N"), 1)
@@ -245,11 +245,10 @@ fn many(before: &str, each: impl Fn(usize) -> String, after: &str) -> String {
 
 /// Files that are as dense as can be in one kind of thing.
 fn dense() -> Vec<(&'static str, String)> {
-    let (head, tail) = WHOLE.split_at(WHOLE.find("NObj: 1").expect("objects"));
+    let head = &WHOLE[..WHOLE.find("NObj: 1").expect("objects")];
     let object = "Obj: 0\nPar: 0\n{\nMatID: 0\nV_List: 0\n}\n";
     let before_list = |list: &str| WHOLE.split_at(WHOLE.find(list).expect("the list"));
     let empty = "MATERIALS\nMatCount: 0\nENDMATERIALS\nGEOMETRY\n";
-    let _ = tail;
     let lists =
         format!("{empty}NObj: 1\nNFrames: 1\nAnimation_mode: None\nFrame: 0\n{{\nObj: 0 a\nPar: -1\n{{\nMatID: 0\n");
     let end = "}\n}\nENDGEOMETRY\n";
@@ -297,7 +296,15 @@ fn dense() -> Vec<(&'static str, String)> {
             let after = &after[after.find("\t}").expect("the object's end")..];
             many(before, |_| "PsSam: 0\n".into(), after)
         }),
-        ("unknown tags", many(&format!("{lists}"), |at| format!("x{at}\n"), &format!("V_List: 0\n{end}"))),
+        ("unknown tags", many(&lists, |at| format!("x{at}\n"), &format!("V_List: 0\n{end}"))),
+        (
+            "unknown tags between objects",
+            many(
+                &format!("{empty}NObj: @\nNFrames: 1\nAnimation_mode: None\nFrame: 0\n{{\n"),
+                |_| format!("x\n{object}"),
+                "}\nENDGEOMETRY\n",
+            ),
+        ),
         (
             "lines of one unknown tag",
             many(&format!("{lists}Unknown:\n"), |_| "0\n".into(), &format!("V_List: 0\n{end}")),

@@ -1,5 +1,7 @@
 //! Lines, numbers and unknown text on their way into a file.
 
+use std::collections::BTreeMap;
+
 use super::{WriteError, WriteOptions};
 use crate::Text;
 use crate::document::Unknown;
@@ -188,13 +190,21 @@ impl Out {
 /// Puts a block's unknown text back in its place while the block's tags are written.
 pub(crate) struct InPlace<'a> {
     unknown: &'a [Unknown],
+    /// Positions in the list by what they stand before.
+    places: BTreeMap<(&'static str, u32), Vec<usize>>,
     written: Vec<bool>,
     met: Vec<(&'static str, u32)>,
 }
 
 impl<'a> InPlace<'a> {
     pub(crate) fn new(unknown: &'a [Unknown]) -> Self {
-        Self { unknown, written: vec![false; unknown.len()], met: Vec::new() }
+        let mut places: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for (at, unknown) in unknown.iter().enumerate() {
+            if let Some(before) = unknown.before {
+                places.entry(before).or_default().push(at);
+            }
+        }
+        Self { unknown, places, written: vec![false; unknown.len()], met: Vec::new() }
     }
 
     /// To be called before each tag of the block is written.
@@ -212,11 +222,9 @@ impl<'a> InPlace<'a> {
                 0
             }
         };
-        for (unknown, written) in self.unknown.iter().zip(&mut self.written) {
-            if !*written && unknown.before == Some((tag, nth)) {
-                *written = true;
-                out.unknown_lines(depth, unknown);
-            }
+        for at in self.places.remove(&(tag, nth)).unwrap_or_default() {
+            self.written[at] = true;
+            out.unknown_lines(depth, &self.unknown[at]);
         }
     }
 

@@ -25,6 +25,15 @@ use serde_json::{Value, json};
 
 use builder::{Builder, png};
 
+impl Builder {
+    /// Overwrites bytes of an accessor's view.
+    fn patch(&mut self, accessor: usize, at: usize, bytes: &[u8]) {
+        let view = self.json["accessors"][accessor]["bufferView"].as_u64().expect("a view") as usize;
+        let start = self.json["bufferViews"][view]["byteOffset"].as_u64().expect("an offset") as usize + at;
+        self.bin[start..start + bytes.len()].copy_from_slice(bytes);
+    }
+}
+
 /// A broken file.
 struct Case {
     /// What the validator says of it; empty where it finds no fault.

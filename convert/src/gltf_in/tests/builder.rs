@@ -113,13 +113,6 @@ impl Builder {
         self.push("accessors", json!({ "bufferView": view, "componentType": component, "type": kind, "count": count }))
     }
 
-    /// Overwrites bytes of an accessor's view.
-    pub(crate) fn patch(&mut self, accessor: usize, at: usize, bytes: &[u8]) {
-        let view = self.json["accessors"][accessor]["bufferView"].as_u64().expect("a view") as usize;
-        let start = self.json["bufferViews"][view]["byteOffset"].as_u64().expect("an offset") as usize + at;
-        self.bin[start..start + bytes.len()].copy_from_slice(bytes);
-    }
-
     fn floats<const N: usize>(&mut self, rows: &[[f32; N]], kind: &str) -> usize {
         let bytes: Vec<u8> = rows.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect();
         self.accessor(&bytes, 5126, kind, rows.len())
