@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(scene.lights, Some(vec![light]));
         assert_eq!(scene.cameras.len(), 1);
         assert_eq!(scene.shading, Some(Shading::Linear));
-        assert_eq!(scene.asset_paths(&folder.path().join("my model.scene.toml")), [path.clone()]);
+        assert_eq!(scene.asset_paths(&folder.path().join("my model.scene.toml")), std::slice::from_ref(&path));
         // One that was edited since is not replaced without being asked.
         std::fs::write(folder.path().join("my model.scene.toml"), "# mine\n").unwrap();
         let error = export_file(&asset, &path, &ExportOptions::default()).unwrap_err().to_string();

@@ -151,7 +151,7 @@ fn a_picture_costs_no_more_than_its_limit() {
     bmp.extend([40_u32, 0x7fff_ffff, 0x7fff_ffff].iter().flat_map(|value| value.to_le_bytes()));
     bmp.extend([1, 0, 24, 0]);
     bmp.extend([0; 24]);
-    let tga = [&[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), &[0xff; 4], &[32, 0]].concat();
+    let tga = [[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), &[0xff; 4], &[32, 0]].concat();
     let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2000000000 +X 2000000000\n".to_vec();
     for (name, bytes) in
         [("a.png", bomb), ("b.png", header), ("c.gif", gif), ("d.bmp", bmp), ("e.tga", tga), ("f.hdr", hdr)]
@@ -167,7 +167,7 @@ fn a_picture_without_pixels_is_refused() {
     let mut none = png(1, 1, png::ColorType::Rgb, png::BitDepth::Eight);
     none[16..24].fill(0);
     assert!(picture(&none, "a.png").is_err());
-    assert!(picture(&[&[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), &[0; 4], &[32, 0]].concat(), "a.tga").is_err());
+    assert!(picture(&[[0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0].as_slice(), &[0; 4], &[32, 0]].concat(), "a.tga").is_err());
     assert!(picture(b"GIF89a\0\0\0\0\0\0\0;", "a.gif").is_err());
     assert!(picture(b"", "a.png").is_err());
 }
