@@ -11,6 +11,7 @@ use std::path::Path;
 use aam::document::{Flagged, SingleMaterial, Texture};
 use aam_scene::{FolderTextures, TextureData, TextureSource, Up};
 
+use crate::files::nameable;
 use crate::mesh::{Part, PartMaterial, PartTriangle, document, to_z_up};
 use crate::polygon::Triangulator;
 use crate::source::Source;
@@ -40,7 +41,7 @@ pub(crate) fn import(bytes: &[u8], path: &Path, options: &ImportOptions) -> Resu
 fn textured(name: &str, path: &Path, options: &ImportOptions, asset: &mut Asset) -> PartMaterial {
     let mut folder = FolderTextures::beside(path);
     folder.allow_outside = options.allow_outside;
-    let bare = name.replace('\\', "/").rsplit('/').next().unwrap_or(name).to_owned();
+    let bare = nameable(name.replace('\\', "/").rsplit('/').next().unwrap_or(name));
     match folder.find(name) {
         Ok(found) => {
             let file = match found.data {
