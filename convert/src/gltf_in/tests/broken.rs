@@ -103,7 +103,7 @@ fn few_bytes_do_not_ask_for_much_memory() {
     let mut targets = Builder::triangle();
     targets.set("/accessors/0", json!({ "componentType": 5126, "type": "VEC3", "count": 65_000 }));
     targets.set("/meshes/0/primitives/0/targets", json!(vec![json!({ "POSITION": 0 }); 10_000]));
-    refused(&targets, &default, "morph targets");
+    refused(&targets, &default, "targets");
     // A clip of thirty years.
     let mut long = Builder::triangle();
     let input = long.scalars(&[0.0, 1e9]);
