@@ -1,7 +1,7 @@
 //! What the reader accepts, what it refuses, and the words in which it does.
 
-use aam::document::{Flagged, Header, MaterialBody, TexCounts};
-use aam::{ReadOptions, ReadOutcome, Text, WriteOptions, read, write};
+use aam::document::{Encoding, Flagged, Header, MaterialBody, TexCounts};
+use aam::{Document, ReadOptions, ReadOutcome, Text, WriteOptions, read, write};
 
 const SOURCE: &str = "\
 AAM_MESH
@@ -260,6 +260,21 @@ fn unknown_text_stays_in_its_place() {
     assert!(!strict(source.as_bytes()));
     let meant = accept(changed("\tMatID: -1\n", "\tMatId2: 1\n\tMatID: -1\n").as_bytes());
     assert!(meant.findings[0].message.contains("did you mean `MatID:`?"), "{}", meant.findings[0]);
+}
+
+#[test]
+fn unknown_rows_survive_binary_but_unknown_lists_cannot() {
+    let with = |tag: &str| changed("\tMatID: -1\n", &format!("\tMatID: -1\n\t{tag} 2\n\t1.0 2.0\n\t3.0 4.0\n"));
+    let binary = WriteOptions { encoding: Some(Encoding::Binary), ..WriteOptions::default() };
+    let document = accept(with("Bones:").as_bytes()).document;
+    let written = write(&document, &binary).expect("rows are text in either encoding");
+    assert_eq!(accept(&written).document, Document { encoding: Encoding::Binary, ..document });
+    let document = accept(with("W_List:").as_bytes()).document;
+    let error = write(&document, &binary).expect_err("readers take it for binary data");
+    assert_eq!(
+        error.to_string(),
+        "unknown text: \"W_List:\" cannot stand in a BINARY file: readers take it for binary data"
+    );
 }
 
 #[test]

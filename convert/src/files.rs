@@ -29,6 +29,12 @@ pub(crate) fn within(name: &str) -> Option<PathBuf> {
     (inside && !drive && path.file_name().is_some()).then_some(path)
 }
 
+/// A file's name as it can stand in a document, whose lines have no blanks at their ends.
+pub(crate) fn nameable(name: &str) -> String {
+    let name = name.trim_matches([' ', '\t']);
+    if name.is_empty() { "texture".into() } else { name.into() }
+}
+
 /// What stands in the way of files that exist.
 #[derive(Clone, Copy)]
 pub(crate) struct Replace<'a> {

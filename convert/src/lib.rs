@@ -7,7 +7,7 @@ mod aam_file;
 pub mod authoring;
 mod error;
 mod files;
-pub mod gltf_in;
+mod gltf_in;
 mod gltf_out;
 pub mod hulls;
 mod mesh;
@@ -190,17 +190,46 @@ const WRITABLE: &str = ".aam .gltf .glb .obj";
 /// # Errors
 /// When the extension is unknown, a file cannot be read, or its content is broken or not supported.
 pub fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, ConvertError> {
-    let unknown = || ConvertError::UnknownFormat { path: path.to_owned(), known: READABLE };
+    let format = readable(path)?;
     progress.stage("reading", 0);
-    match Format::of(path).ok_or_else(unknown)? {
-        Format::Aam => aam_file::import(path, options),
+    let bytes = aam::read_bytes(path, options.max_file_size)?;
+    import_as(format, bytes, path, options, progress)
+}
+
+/// As [`import`], with the bytes of the file in memory. `path` says the format, by its extension, and where the files are
+/// that the bytes name; the file itself is not opened and need not exist.
+///
+/// # Errors
+/// Those of [`import`], but for a file that cannot be opened.
+pub fn import_bytes(
+    bytes: Vec<u8>,
+    path: &Path,
+    options: &ImportOptions,
+    progress: &dyn Progress,
+) -> Result<Asset, ConvertError> {
+    import_as(readable(path)?, bytes, path, options, progress)
+}
+
+fn readable(path: &Path) -> Result<Format, ConvertError> {
+    Format::of(path).ok_or_else(|| ConvertError::UnknownFormat { path: path.to_owned(), known: READABLE })
+}
+
+fn import_as(
+    format: Format,
+    bytes: Vec<u8>,
+    path: &Path,
+    options: &ImportOptions,
+    progress: &dyn Progress,
+) -> Result<Asset, ConvertError> {
+    match format {
+        Format::Aam => aam_file::import(&bytes, path, options),
         Format::Gltf | Format::Glb => {
-            let asset = gltf_in::import(path, options, progress)?;
+            let asset = gltf_in::import(bytes, path, options, progress)?;
             Ok(Asset { shading: Some(Shading::Linear), ..asset })
         }
-        Format::Obj => obj::import(path, options, progress),
-        Format::Stl => stl::import(path, options),
-        Format::Ply => ply::import(path, options),
+        Format::Obj => obj::import(bytes, path, options, progress),
+        Format::Stl => stl::import(&bytes, path, options),
+        Format::Ply => ply::import(&bytes, path, options),
     }
 }
 

@@ -139,6 +139,7 @@ pub(crate) fn document(
         materials: used.list,
         geometry: Geometry {
             smoothing_groups: true,
+            animation_frames: 1,
             frames: vec![Frame { objects, ..Frame::default() }],
             ..Geometry::default()
         },
@@ -278,7 +279,14 @@ impl Used<'_> {
 }
 
 fn single(number: i32, material: &PartMaterial) -> Material {
-    let body = MaterialBody::Single(Box::new(material.single.clone()));
+    let mut single = material.single.clone();
+    // The format has no material without these two lines.
+    for layer in &mut single.layers[..2] {
+        if matches!(layer, Flagged::Omitted) {
+            *layer = Flagged::No;
+        }
+    }
+    let body = MaterialBody::Single(Box::new(single));
     Material { number, name: aam::Text::one_line(&material.name), body, unknown: Vec::new() }
 }
 
@@ -286,5 +294,5 @@ fn single(number: i32, material: &PartMaterial) -> Material {
 fn default_material(number: i32) -> Material {
     let single =
         SingleMaterial { class: "Standard".into(), ambient: [0.8; 3], diffuse: [0.8; 3], ..SingleMaterial::default() };
-    Material { number, name: "default".into(), body: MaterialBody::Single(Box::new(single)), unknown: Vec::new() }
+    self::single(number, &PartMaterial { name: "default".into(), single, displacement: None })
 }

@@ -9,9 +9,9 @@ mod header;
 use std::path::Path;
 
 use aam::document::{Flagged, SingleMaterial, Texture};
-use aam::read_bytes;
 use aam_scene::{FolderTextures, TextureData, TextureSource, Up};
 
+use crate::files::nameable;
 use crate::mesh::{Part, PartMaterial, PartTriangle, document, to_z_up};
 use crate::polygon::Triangulator;
 use crate::source::Source;
@@ -19,10 +19,9 @@ use crate::{Asset, ConvertError, ImportOptions, Report, TextureFile};
 
 use body::Model;
 
-/// Reads a PLY file. Axes: +Z up unless told otherwise.
-pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
-    let bytes = read_bytes(path, options.max_file_size)?;
-    let source = Source { path, bytes: &bytes };
+/// Reads the bytes of a PLY file. Axes: +Z up unless told otherwise.
+pub(crate) fn import(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
+    let source = Source { path, bytes };
     let header = header::parse(source)?;
     let mut asset = Asset::default();
     let model = body::read(source, &header, &mut asset.report)?;
@@ -42,7 +41,7 @@ pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, Conv
 fn textured(name: &str, path: &Path, options: &ImportOptions, asset: &mut Asset) -> PartMaterial {
     let mut folder = FolderTextures::beside(path);
     folder.allow_outside = options.allow_outside;
-    let bare = name.replace('\\', "/").rsplit('/').next().unwrap_or(name).to_owned();
+    let bare = nameable(name.replace('\\', "/").rsplit('/').next().unwrap_or(name));
     match folder.find(name) {
         Ok(found) => {
             let file = match found.data {

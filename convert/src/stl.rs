@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use aam::read_bytes;
 use aam_scene::Up;
 use glam::Vec3;
 
@@ -14,13 +13,12 @@ use crate::{Asset, ConvertError, ImportOptions, Report};
 const HEADER: usize = 84;
 const FACET: usize = 50;
 
-/// Reads an STL file. Axes: +Z up unless told otherwise, as CAD programs write it.
-pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
-    let bytes = read_bytes(path, options.max_file_size)?;
-    let source = Source { path, bytes: &bytes };
+/// Reads the bytes of an STL file. Axes: +Z up unless told otherwise, as CAD programs write it.
+pub(crate) fn import(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
+    let source = Source { path, bytes };
     let mut asset = Asset::default();
     let stem = path.file_stem().map_or_else(|| "object".into(), |stem| stem.to_string_lossy().into_owned());
-    let mut solids = if is_binary(&bytes) { binary(source, stem, &mut asset.report)? } else { text(source, stem)? };
+    let mut solids = if is_binary(bytes) { binary(source, stem, &mut asset.report)? } else { text(source, stem)? };
     solids.retain(|solid| !solid.facets.is_empty());
     if solids.is_empty() {
         return Err(source.no_faces());
@@ -191,7 +189,7 @@ fn text(source: Source, stem: String) -> Result<Vec<Solid>, ConvertError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Outcome, Silent, import};
+    use crate::Outcome;
 
     const TETRAHEDRON: [[[f32; 3]; 3]; 4] = [
         [[0., 0., 0.], [0., 1., 0.], [1., 0., 0.]],
@@ -225,11 +223,7 @@ mod tests {
     }
 
     fn read(bytes: &[u8]) -> Result<Asset, String> {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("part.stl");
-        std::fs::write(&path, bytes).unwrap();
-        import(&path, &ImportOptions::default(), &Silent)
-            .map_err(|error| error.to_string().replace(&path.display().to_string(), "part.stl"))
+        import(bytes, Path::new("part.stl"), &ImportOptions::default()).map_err(|error| error.to_string())
     }
 
     #[test]

@@ -85,8 +85,15 @@ pub struct Unknown {
     /// The tag of the same block that it stands before, and which occurrence of that tag counted from 0; `None` at the
     /// block's end.
     pub before: Option<(&'static str, u32)>,
-    /// The lines, without indentation, without line ends.
-    pub lines: Vec<Text>,
+    /// The lines, each without blanks at its ends, with a line feed between two of them.
+    pub text: Text,
+}
+
+impl Unknown {
+    /// The lines.
+    pub fn lines(&self) -> impl Iterator<Item = &[u8]> {
+        self.text.bytes().split(|&byte| byte == b'\n')
+    }
 }
 
 /// A flag-guarded part: `Tag: N`, or `Tag: Y` and a body, or the tag is not there at all.

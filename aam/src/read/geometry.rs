@@ -8,7 +8,7 @@ use super::bulk::{Limits, TriangleLists, rows, triangles};
 use super::context::{Block, Context, found};
 use super::fault::{Fault, Parsed, Rest};
 use super::materials::counted;
-use super::number::{count, integer, skip_space};
+use super::number::{count, index, integer, skip_space};
 use super::tags::{
     block_tag, field, fits, line_end, peek_word, reals, required, scalar, text, word, yes_or_no, zero_or_one,
 };
@@ -37,6 +37,9 @@ pub(crate) fn geometry<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, (Geom
     let (rest, animation) =
         required(b, "Animation_mode:", field(cx, b, "Animation_mode:", animation_mode)).parse(frames_at)?;
     let (rest, frames_per_second) = opt(field(cx, b, "FPS:", scalar(cx))).parse(rest)?;
+    let Ok(animation_frames) = u32::try_from(frame_count) else {
+        return Fault::fatal(frames_at, "count/too-large", format!("{frame_count} frames are more than {}", u32::MAX));
+    };
     // The single frame block of a character says nothing about how many frames its keys span.
     let blocks = match animation {
         AnimationMode::Keyframe => 1.min(frame_count),
@@ -58,7 +61,7 @@ pub(crate) fn geometry<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, (Geom
         smoothing_groups: smoothing.is_some(),
         animation,
         frames_per_second,
-        animation_frames: u32::try_from(frame_count).unwrap_or(u32::MAX),
+        animation_frames,
         frames,
         unknown: block.into_unknown(),
     };
@@ -301,7 +304,7 @@ fn list<'a, const N: usize>(
     let (at, _) = block_tag(cx, b, tag).parse(rest)?;
     let (rest, n) = cut(count).parse(at)?;
     let rest = bulk_start(cx, rest, n)?;
-    rows(cx, at, rest, n, what)
+    cut(|rest| rows(cx, at, rest, n, what)).parse(rest)
 }
 
 /// Goes past the line end behind a list's count, after which binary data starts at once. Text rows may stand anywhere.
@@ -326,7 +329,7 @@ fn skin<'a>(cx: &Context<'a>, b: &Block, vertices: usize, rest: Rest<'a>) -> Par
     let mut rest = at;
     let mut skin = Skin { rows: Vec::with_capacity(vertices), weights: Vec::new() };
     for _ in 0..vertices {
-        let (tail, vertex) = super::number::index(rest, vertices, "vertices (V_List)")?;
+        let (tail, vertex) = cut(|rest| index(rest, vertices, "vertices (V_List)")).parse(rest)?;
         let (tail, weights) = cut(count).parse(tail)?;
         fits(tail, tail, weights, "0 0 ".len(), "bone weights")?;
         rest = tail;

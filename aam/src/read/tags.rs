@@ -217,8 +217,8 @@ fn keep_unknown<'a>(cx: &Context<'a>, block: &Block, mut rest: Rest<'a>) -> Pars
             );
         }
         cx.warn(start, "syntax/unknown-tag", unknown_message(block, start, word))?;
-        let (tail, lines) = unknown_lines(cx, start)?;
-        block.keep(cx.offset(start), Unknown { before: None, lines });
+        let (tail, text) = unknown_lines(start)?;
+        block.keep(cx.offset(start), Unknown { before: None, text });
         rest = tail;
     }
 }
@@ -260,9 +260,9 @@ fn edits(a: &[u8], b: &[u8]) -> usize {
 }
 
 /// One unknown line, the `{ }` block right after it, and the number rows right after that.
-fn unknown_lines<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Vec<Text>> {
+fn unknown_lines(rest: Rest<'_>) -> Parsed<'_, Text> {
     let (mut rest, first) = line(skip_space(rest));
-    let mut lines = vec![Text::from(first)];
+    let mut lines = first.to_vec();
     let mut depth = 0usize;
     loop {
         let start = skip_space(rest);
@@ -272,12 +272,13 @@ fn unknown_lines<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Vec<Text>> 
             b"{" => depth += 1,
             b"}" if depth > 0 => depth -= 1,
             _ if depth > 0 && !word.is_empty() => {}
-            _ if is_number && !cx.binary.get() => {}
+            _ if is_number => {}
             _ if depth > 0 => return Fault::expected(start, "`}` at the end of the unknown block"),
-            _ => return Ok((rest, lines)),
+            _ => return Ok((rest, Text::from(&lines[..]))),
         }
         let (tail, text) = line(start);
-        lines.push(Text::from(text));
+        lines.push(b'\n');
+        lines.extend_from_slice(text);
         rest = tail;
     }
 }
@@ -287,17 +288,18 @@ pub(crate) fn shaders<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Unknow
     let start = skip_space(rest);
     let (mut rest, _) = word("SHADERS").parse(start)?;
     cx.warn(start, "syntax/unknown-tag", "the SHADERS section is kept as it is")?;
-    let mut lines = vec![Text::from("SHADERS")];
+    let mut lines = b"SHADERS".to_vec();
     loop {
         let start = skip_space(rest);
         if start.is_empty() {
             return Fault::fatal(start, "syntax/expected", "expected `ENDSHADERS`, found the end of the file");
         }
         let (tail, text) = line(start);
-        lines.push(Text::from(text));
+        lines.push(b'\n');
+        lines.extend_from_slice(text);
         rest = tail;
         if text == b"ENDSHADERS" {
-            return Ok((rest, Unknown { before: Some(("MATERIALS", 0)), lines }));
+            return Ok((rest, Unknown { before: Some(("MATERIALS", 0)), text: Text::from(&lines[..]) }));
         }
     }
 }

@@ -55,7 +55,7 @@ fn object(out: &mut Out, frame_place: &mut InPlace<'_>, object: &Object) {
     out.raw(b"Obj: ");
     out.integer(object.id);
     out.raw(b" ");
-    out.free_text(&subject, &object.name);
+    out.free_text(&subject, object.name.bytes());
     out.end_line();
     frame_place.before(out, 1, "Par:");
     out.integer_field(1, "Par:", i64::from(object.parent));

@@ -1,5 +1,7 @@
 //! Lines, numbers and unknown text on their way into a file.
 
+use std::collections::BTreeMap;
+
 use super::{WriteError, WriteOptions};
 use crate::Text;
 use crate::document::Unknown;
@@ -70,15 +72,14 @@ impl Out {
         self.indent(depth);
         self.raw(tag.as_bytes());
         self.raw(b" ");
-        self.free_text(tag, text);
+        self.free_text(tag, text.bytes());
         self.end_line();
     }
 
     /// Text that must stay on its line.
-    pub(crate) fn free_text(&mut self, subject: &str, text: &Text) {
-        let bytes = text.bytes();
+    pub(crate) fn free_text(&mut self, subject: &str, bytes: &[u8]) {
         if memchr::memchr2(b'\n', b'\r', bytes).is_some() || trim_blanks(bytes).len() != bytes.len() {
-            self.refuse(subject, format!("{text:?} has line ends in it or blanks at its ends"));
+            self.refuse(subject, format!("{:?} has line ends in it or blanks at its ends", Text::from(bytes)));
         }
         self.raw(bytes);
     }
@@ -172,7 +173,13 @@ impl Out {
 
     /// Unknown lines, as they were but for the indentation.
     pub(crate) fn unknown_lines(&mut self, depth: usize, unknown: &Unknown) {
-        for line in &unknown.lines {
+        let tag = unknown.text.bytes().split(|byte| b" \t\n".contains(byte)).next();
+        if let Some(tag) = tag.filter(|tag| self.binary && tag.ends_with(b"_List:")) {
+            let message =
+                format!("{:?} cannot stand in a BINARY file: readers take it for binary data", Text::from(tag));
+            self.refuse("unknown text", message);
+        }
+        for line in unknown.lines() {
             self.indent(depth);
             self.free_text("unknown text", line);
             self.end_line();
@@ -183,13 +190,21 @@ impl Out {
 /// Puts a block's unknown text back in its place while the block's tags are written.
 pub(crate) struct InPlace<'a> {
     unknown: &'a [Unknown],
+    /// Positions in the list by what they stand before.
+    places: BTreeMap<(&'static str, u32), Vec<usize>>,
     written: Vec<bool>,
     met: Vec<(&'static str, u32)>,
 }
 
 impl<'a> InPlace<'a> {
     pub(crate) fn new(unknown: &'a [Unknown]) -> Self {
-        Self { unknown, written: vec![false; unknown.len()], met: Vec::new() }
+        let mut places: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for (at, unknown) in unknown.iter().enumerate() {
+            if let Some(before) = unknown.before {
+                places.entry(before).or_default().push(at);
+            }
+        }
+        Self { unknown, places, written: vec![false; unknown.len()], met: Vec::new() }
     }
 
     /// To be called before each tag of the block is written.
@@ -207,11 +222,9 @@ impl<'a> InPlace<'a> {
                 0
             }
         };
-        for (unknown, written) in self.unknown.iter().zip(&mut self.written) {
-            if !*written && unknown.before == Some((tag, nth)) {
-                *written = true;
-                out.unknown_lines(depth, unknown);
-            }
+        for at in self.places.remove(&(tag, nth)).unwrap_or_default() {
+            self.written[at] = true;
+            out.unknown_lines(depth, &self.unknown[at]);
         }
     }
 

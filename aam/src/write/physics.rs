@@ -24,7 +24,7 @@ fn body(out: &mut Out, body: &Body) {
     out.raw(b"Body: ");
     out.integer(body.object);
     out.raw(b" ");
-    out.free_text(&subject, &body.name);
+    out.free_text(&subject, body.name.bytes());
     out.end_line();
     out.line(0, "{");
     let mut place = InPlace::new(&body.unknown);

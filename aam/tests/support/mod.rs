@@ -87,11 +87,11 @@ impl Choices<'_> {
             return Vec::new();
         }
         let tag = before[self.below(before.len())];
-        let mut lines = vec![Text::from("Later: 1 2 x")];
+        let mut lines = vec!["Later: 1 2 x"];
         if self.flag() {
-            lines.extend(["{", "Inner: Y", "}"].map(Text::from));
+            lines.extend(["{", "Inner: Y", "}"]);
         }
-        vec![Unknown { before: Some((tag, 0)), lines }]
+        vec![Unknown { before: Some((tag, 0)), text: Text::from(lines.join("\n")) }]
     }
 
     pub(crate) fn document(&mut self) -> Document {

@@ -44,6 +44,10 @@ fn open_glb(bytes: &[u8]) -> Checked<Container> {
         ));
     }
     let length = word(8)? as usize;
+    if length < HEADER {
+        let message = format!("the header says {length} bytes, but it has {HEADER} itself");
+        return Err(Fault::broken("byte 8", message));
+    }
     if length > bytes.len() {
         let message = format!("the header says {length} bytes, but the file has {}; it is truncated", bytes.len());
         return Err(Fault::broken("byte 8", message));

@@ -1,28 +1,43 @@
 //! How large a document may grow. A glTF file repeats a mesh at the cost of a few bytes, an AAM file cannot, and a
-//! clip of a million seconds is one number; so the product is checked before any of it is made.
+//! clip of a million seconds is one number; so the product is checked before any of it is made. What a document may hold
+//! grows with the bytes of the file, from a floor that costs about 100 MB up to a ceiling: a few bytes do not ask for
+//! much memory or time, and a real file is not near.
 
 use super::fault::{Checked, Fault};
 
 /// Elements of an accessor that no bytes stand behind, in a small file.
 pub(super) const ZERO_FILLED: usize = 1 << 16;
 
+/// How many of something a document may hold.
+struct Limit {
+    floor: u64,
+    for_each_byte: u64,
+    ceiling: u64,
+}
+
+impl Limit {
+    fn of(&self, bytes: u64) -> u64 {
+        self.floor.saturating_add(self.for_each_byte.saturating_mul(bytes)).min(self.ceiling)
+    }
+}
+
 /// Vertices of a document, over all frames (12 bytes each).
-const VERTICES: u64 = 1 << 28;
+const VERTICES: Limit = Limit { floor: 1 << 22, for_each_byte: 64, ceiling: 1 << 28 };
 
 /// Triangles of a document.
-const TRIANGLES: u64 = 1 << 26;
+const TRIANGLES: Limit = Limit { floor: 1 << 21, for_each_byte: 64, ceiling: 1 << 26 };
 
 /// Vertices times morph targets times frames: about a minute of work.
-const MORPHS: u64 = 1 << 34;
+const MORPHS: Limit = Limit { floor: 1 << 24, for_each_byte: 1 << 12, ceiling: 1 << 34 };
 
 /// Vertices read from the file, each morph target counted.
-const DECODED: u64 = 1 << 27;
+const DECODED: Limit = Limit { floor: 1 << 22, for_each_byte: 64, ceiling: 1 << 27 };
 
 /// Objects of a document, over all frames.
-const OBJECTS: u64 = 1 << 23;
+const OBJECTS: Limit = Limit { floor: 1 << 17, for_each_byte: 4, ceiling: 1 << 23 };
 
 /// Nodes, joints and animation channels, over all frames: about a minute of work.
-const POSES: u64 = 1 << 28;
+const POSES: Limit = Limit { floor: 1 << 21, for_each_byte: 64, ceiling: 1 << 28 };
 
 /// Times and values that the channels of a clip name together.
 const KEYS: u64 = 1 << 30;
@@ -48,14 +63,16 @@ pub(super) struct Size {
 }
 
 impl Size {
-    /// Refuses a document that would be too large, before it is made.
-    pub(super) fn check(&self) -> Checked<()> {
+    /// Refuses a document that would be too large for a file of so many bytes, before it is made.
+    pub(super) fn check(&self, bytes: u64) -> Checked<()> {
         let reduce = "export fewer instances or a shorter clip, or lower --fps";
-        let check = |count: u64, limit: u64, what: &str| {
+        let check = |count: u64, limit: Limit, what: &str| {
+            let limit = limit.of(bytes);
             if count <= limit {
                 return Ok(());
             }
-            Err(Fault::unsupported(format!("a document of {count} {what} (more than {limit})"), reduce))
+            let feature = format!("a document of {count} {what} (more than {limit}, from a file of {bytes} bytes)");
+            Err(Fault::unsupported(feature, reduce))
         };
         check(self.vertices, VERTICES, "vertices over all frames")?;
         check(self.triangles, TRIANGLES, "triangles")?;

@@ -62,7 +62,8 @@ use stage::{Form, Moment};
 use surface::Surface;
 use texture::Textures;
 
-/// Reads a glTF 2.0 file, JSON or GLB; which of the two, its first bytes say.
+/// Reads the bytes of a glTF 2.0 file, JSON or GLB; which of the two, its first bytes say. The files that they name are
+/// sought in the folder of `path`.
 ///
 /// Static scenes become `AAM_MESH` in world coordinates. A clip that moves nodes as wholes makes `AAM_CHARACTER` with
 /// sampled keys (so does [`ImportOptions::hierarchy`], without keys), one that bends a skin or a morph makes
@@ -72,18 +73,22 @@ use texture::Textures;
 /// [`ConvertError::Broken`] with a JSON pointer or byte offset where the file contradicts itself,
 /// [`ConvertError::Unsupported`] where it needs an extension that is not here, [`ConvertError::Option`] where an option
 /// does not fit the file, [`ConvertError::File`] where a file cannot be read.
-pub fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, ConvertError> {
-    run(path, options, progress).map_err(|fault| fault.into_error(path))
+pub(crate) fn import(
+    bytes: Vec<u8>,
+    path: &Path,
+    options: &ImportOptions,
+    progress: &dyn Progress,
+) -> Result<Asset, ConvertError> {
+    run(bytes, path, options, progress).map_err(|fault| fault.into_error(path))
 }
 
-fn run(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Checked<Asset> {
+fn run(bytes: Vec<u8>, path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Checked<Asset> {
     let rate = options.frames_per_second;
     if !(rate.is_finite() && rate > 0.0) {
         return Err(ConvertError::Option(format!("--fps {rate}: frames a second must be more than 0")).into());
     }
-    progress.stage("reading", 0);
     let mut log = Log::default();
-    let file = Arc::new(aam::read_bytes(path, options.max_file_size)?);
+    let file = Arc::new(bytes);
     let container = container::open(&file)?;
     for oddity in &container.oddities {
         log.changed("", "GLB container", oddity, None);
@@ -107,7 +112,7 @@ fn run(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Checked
     let clip = clip::find(reader, options, &mut log)?;
     let form = form(&model, &graph, &moment, clip.as_ref(), options, &mut log);
     let frames = clip.as_ref().filter(|_| form != Form::Static).map_or(Ok(1), |clip| clip.frames(rate))?;
-    stage::check_size(&model, &graph, form, frames, clip.as_ref())?;
+    stage::check_size(&model, &graph, form, frames, clip.as_ref(), file.len().saturating_add(buffers.bytes()))?;
 
     let mut asset = Asset::default();
     let meshes = decode(reader, &graph, options.keep_uvs, &mut log, progress)?;

@@ -98,8 +98,15 @@ pub(super) fn form(model: &Model, graph: &Graph, moment: &Moment, clip: Option<&
     }
 }
 
-/// Checks how large the document will be, before anything large is made.
-pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize, clip: Option<&Clip>) -> Checked<()> {
+/// Checks how large the document will be, before anything large is made. `bytes` is the size of all that was read.
+pub(super) fn check_size(
+    model: &Model,
+    graph: &Graph,
+    form: Form,
+    frames: usize,
+    clip: Option<&Clip>,
+    bytes: usize,
+) -> Checked<()> {
     let mut mesh_sizes = vec![(0_u64, 0_u64); model.meshes.len()];
     for (size, mesh) in mesh_sizes.iter_mut().zip(&model.meshes) {
         for primitive in &mesh.primitives {
@@ -136,7 +143,7 @@ pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize
         let posed = (model.nodes.len() + clip.tracks() + joints) as u64;
         size.poses = posed.saturating_mul(frames as u64);
     }
-    size.check()
+    size.check(bytes as u64)
 }
 
 /// Elements of the sparse accessors that a primitive uses. Of these all are decoded, however few the triangles name.

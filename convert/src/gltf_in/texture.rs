@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use image::{ImageFormat, ImageReader};
 
+use crate::files::nameable;
 use crate::{ImportOptions, TextureFile};
 
 use super::bake::{self, Pixels, Recipe};
@@ -291,6 +292,7 @@ fn find(
             match uri::follow(text, folder, options.allow_outside, &place)? {
                 Source::Data(bytes) => bytes,
                 Source::Missing { name } => {
+                    let name = nameable(&name);
                     log.lost(
                         &format!("image {name:?}"),
                         "picture",
@@ -299,6 +301,7 @@ fn find(
                     return Ok(Some(Picture::Missing { name }));
                 }
                 Source::File { name, path } => {
+                    let name = nameable(&name);
                     let head = head(&path)?;
                     return match format(&head, &image.place)? {
                         Some(format) => Ok(Some(Picture::OnDisk { name, path, format })),

@@ -27,7 +27,7 @@ pub(super) fn wrap(members: Map<String, Value>) -> Option<Value> {
 /// Unknown lines; `None` where there are none.
 pub(super) fn unknown(lines: &[Unknown]) -> Option<Value> {
     let one = |unknown: &Unknown| {
-        let lines: Vec<String> = unknown.lines.iter().map(aam::Text::decoded).collect();
+        let lines: Vec<String> = unknown.lines().map(|line| aam::Text::from(line).decoded()).collect();
         match unknown.before {
             Some((tag, 0)) => json!({ "before": tag, "lines": lines }),
             Some((tag, occurrence)) => json!({ "before": tag, "occurrence": occurrence, "lines": lines }),

@@ -207,18 +207,22 @@ impl Conversion<'_> {
         single.layers[Layer::Displacement as usize] =
             Flagged::Yes(Box::new(self.texture(map, Slot::Displacement, name)));
         // With -bm as an older way to say the same as the gain.
-        Some(Displacement { tessellation: DEFAULT_TESSELLATION, bias: map.base, scale: map.gain * map.bump })
+        let scale = (map.gain * map.bump).clamp(f32::MIN, f32::MAX);
+        Some(Displacement { tessellation: DEFAULT_TESSELLATION, bias: map.base, scale })
     }
 
     /// A texture block with the transform of a map.
     fn texture(&mut self, map: &Map, slot: Slot, name: String) -> Texture {
         let mut texture = Texture::new(name);
-        if map.scale.iter().all(|scale| *scale != 0.0) {
-            // OBJ: uv·s + o. AAM, about the middle: ½ + s·(uv − ½ − offset).
-            texture.tiling = map.scale.map(|scale| scale as f32);
-            texture.offset = std::array::from_fn(|i| ((0.5 - map.offset[i]) / map.scale[i] - 0.5) as f32 + 0.0);
-        } else {
+        // OBJ: uv·s + o. AAM, about the middle: ½ + s·(uv − ½ − offset).
+        let tiling = map.scale.map(|scale| scale as f32);
+        let offset: [f32; 2] = std::array::from_fn(|i| ((0.5 - map.offset[i]) / map.scale[i] - 0.5) as f32 + 0.0);
+        if tiling.contains(&0.0) {
             self.report.lost(&self.subject, slot.word(), "-s 0 would spread one texel over everything; it is left out");
+        } else if tiling.iter().chain(&offset).any(|value| !value.is_finite()) {
+            self.report.lost(&self.subject, slot.word(), "-s and -o are beyond 32-bit numbers; they are left out");
+        } else {
+            (texture.tiling, texture.offset) = (tiling, offset);
         }
         if map.clamp {
             self.report.changed(&self.subject, slot.word(), "-clamp on is left out: textures repeat", None);

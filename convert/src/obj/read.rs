@@ -23,9 +23,13 @@ use super::mtl::{self, Mtl};
 use super::parse::{Corner, Model, NONE, State, parse};
 use super::textures::Textures;
 
-/// Reads an OBJ file and its libraries.
-pub(crate) fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, ConvertError> {
-    let bytes = read_bytes(path, options.max_file_size)?;
+/// Reads the bytes of an OBJ file, and its libraries.
+pub(crate) fn import(
+    bytes: Vec<u8>,
+    path: &Path,
+    options: &ImportOptions,
+    progress: &dyn Progress,
+) -> Result<Asset, ConvertError> {
     let source = Source { path, bytes: &bytes };
     let model = parse(source, progress)?;
     if model.faces.is_empty() {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use aam_scene::{FolderTextures, FoundTexture, Image, TextureData, TextureLimits, TextureSource, load_texture};
 
-use crate::files::within;
+use crate::files::{nameable, within};
 use crate::picture::{Encoded, combined_alpha, heights_to_normals, looks_like_normals, mean};
 use crate::{ImportOptions, Report, TextureFile};
 
@@ -66,7 +66,7 @@ impl Textures {
             Some(relative) => relative.replace('\\', "/"),
             None => path.file_name().map_or_else(|| "texture".into(), |name| name.to_string_lossy().into_owned()),
         };
-        Ok(Picture { name, found: Some(found) })
+        Ok(Picture { name: nameable(&name), found: Some(found) })
     }
 
     /// The path of a material library that an `mtllib` line names.
@@ -95,7 +95,7 @@ impl Textures {
     pub(super) fn missing(file: &str) -> Picture {
         let slashed = file.replace('\\', "/");
         let bare = slashed.rsplit('/').next().unwrap_or("texture").to_owned();
-        Picture { name: if within(&slashed).is_some() { slashed } else { bare }, found: None }
+        Picture { name: nameable(if within(&slashed).is_some() { &slashed } else { &bare }), found: None }
     }
 
     fn free_name(&self, name: &str) -> String {

@@ -371,7 +371,7 @@ fn unknown_tags_and_missing_textures_are_reported_and_kept() {
     document.materials[0] = with_texture;
     document.geometry.frames[0].objects[2] = block(3, "root block", [0.0; 3], [1.0; 3], 2);
     document.geometry.frames[0].objects[2].unknown =
-        vec![Unknown { before: Some(("V_List:", 0)), lines: vec!["Glow: 3".into()] }];
+        vec![Unknown { before: Some(("V_List:", 0)), text: "Glow: 3".into() }];
     let (file, report) = glb(&asset(document, &[("bumps.png", png(4, 4, |_, _| [128, 128, 255, 255]))]));
     let lost: Vec<_> = report.changes.iter().filter(|change| change.outcome == Outcome::Lost).collect();
     assert!(lost.iter().any(|change| change.subject.contains("wood.png")), "{lost:?}");

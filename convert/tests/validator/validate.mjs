@@ -1,5 +1,6 @@
 // Validates glTF files: node validate.mjs MODULES FILE…
-// MODULES is the folder that holds node_modules. Prints one JSON object a line: file, errors, warnings, messages.
+// MODULES is the folder that holds node_modules. Prints one JSON object a line: file, errors, warnings, messages; a file
+// on which the validator itself fails has the one error VALIDATION_FAILED.
 
 import { readFile } from 'node:fs/promises';
 import { createRequire } from 'node:module';
@@ -14,7 +15,13 @@ for (const file of files) {
     maxIssues: 1000,
     externalResourceFunction: async (uri) => new Uint8Array(await readFile(join(dirname(file), decodeURIComponent(uri)))),
   };
-  const report = await validator.validateBytes(new Uint8Array(await readFile(file)), options);
-  const { numErrors, numWarnings, messages } = report.issues;
-  console.log(JSON.stringify({ file, errors: numErrors, warnings: numWarnings, messages }));
+  const bytes = new Uint8Array(await readFile(file));
+  try {
+    const { numErrors, numWarnings, messages } = (await validator.validateBytes(bytes, options)).issues;
+    console.log(JSON.stringify({ file, errors: numErrors, warnings: numWarnings, messages }));
+  } catch (error) {
+    // A file so broken that the validator gives up on it.
+    const messages = [{ code: 'VALIDATION_FAILED', message: String(error), severity: 0 }];
+    console.log(JSON.stringify({ file, errors: 1, warnings: 0, messages }));
+  }
 }

@@ -70,6 +70,8 @@ pub(super) fn skin(at: &At<'_>, counts: &Counts) -> Checked<Skin> {
     if joints.is_empty() {
         return Err(at.fault_of("joints", "a skin needs at least one joint"));
     }
+    // The joints alone say where a skin is; but what is named must be there.
+    at.index_of("skeleton", counts.nodes, "node")?;
     Ok(Skin {
         joints,
         inverse_bind: at.index_of("inverseBindMatrices", counts.accessors, "accessor")?,

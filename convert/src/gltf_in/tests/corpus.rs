@@ -9,7 +9,7 @@ use super::*;
 fn load(file: &str, animation: Option<&str>) -> Option<Asset> {
     let path = corpus(file)?;
     let options = ImportOptions { animation: animation.map(str::to_owned), ..ImportOptions::default() };
-    Some(super::super::import(&path, &options, &Silent).unwrap_or_else(|error| panic!("{error}")))
+    Some(crate::import(&path, &options, &Silent).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// Corners of all triangles in the world at a frame, object after object.
@@ -152,7 +152,7 @@ fn fox_has_other_clips() {
     assert_bounds(&asset, 20, [-13.482_22, -67.062_63, -0.975_01], [13.516_59, 95.084_55, 77.126_24]);
     let Some(path) = corpus("Fox.glb") else { return };
     let options = ImportOptions { animation: Some("Sleep".into()), ..ImportOptions::default() };
-    let error = super::super::import(&path, &options, &Silent).expect_err("there is no such clip").to_string();
+    let error = crate::import(&path, &options, &Silent).expect_err("there is no such clip").to_string();
     assert!(error.contains("Survey") && error.contains("Walk") && error.contains("Run"), "{error}");
 }
 

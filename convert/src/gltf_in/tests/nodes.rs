@@ -271,7 +271,7 @@ fn deep_chains_need_no_stack() {
     std::fs::write(&path, file.glb()).expect("written");
     for hierarchy in [false, true] {
         let options = ImportOptions { hierarchy, ..ImportOptions::default() };
-        let asset = super::super::import(&path, &options, &Silent).expect("imported");
+        let asset = crate::import(&path, &options, &Silent).expect("imported");
         assert_eq!(asset.document.objects().len(), depth);
     }
 }

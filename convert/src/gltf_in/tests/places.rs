@@ -25,7 +25,7 @@ fn with_uri(uri: &str) -> Builder {
 fn import_at(folder: &Path, file: &Builder, options: &ImportOptions) -> Result<Asset, ConvertError> {
     let path = folder.join("model.gltf");
     fs::write(&path, file.json.to_string()).expect("written");
-    super::super::import(&path, options, &Silent)
+    crate::import(&path, options, &Silent)
 }
 
 fn triangles(asset: &Asset) -> usize {

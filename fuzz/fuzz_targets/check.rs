@@ -1,0 +1,6 @@
+#![no_main]
+
+#[path = "../bodies/format.rs"]
+mod format;
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| format::check(data));
