@@ -193,16 +193,7 @@ impl Out {
         }
         for values in rows {
             if self.digits.is_none() && values.iter().all(|value| value.is_finite()) {
-                self.row(|row| {
-                    row.indent(depth);
-                    for (place, &value) in values.iter().enumerate() {
-                        if place > 0 {
-                            row.short(*b" ", 1);
-                        }
-                        row.real(value);
-                    }
-                    row.end_line();
-                });
+                self.row(|row| row.reals(depth, values));
                 continue;
             }
             self.indent(depth);
@@ -291,16 +282,33 @@ impl Row<'_> {
         }
     }
 
-    /// The shortest decimal of a finite value.
+    /// A line of the shortest decimals of finite values.
     #[inline(always)]
-    fn real(&mut self, value: f32) {
-        match short_decimal(value.abs()) {
-            Some((text, length)) => {
-                self.short(*b"-", usize::from(value.is_sign_negative()));
-                self.short(text.to_le_bytes(), length);
+    fn reals<const N: usize>(&mut self, depth: usize, values: &[f32; N]) {
+        // All texts are made before any is copied: what was stored a moment ago, and in other pieces, is slow to load.
+        let mut buffers: [_; N] = std::array::from_fn(|_| zmij::Buffer::new());
+        let mut short = [None; N];
+        let mut long = [""; N];
+        for (place, buffer) in buffers.iter_mut().enumerate() {
+            short[place] = short_decimal(values[place].abs());
+            if short[place].is_none() {
+                long[place] = buffer.format_finite(values[place]);
             }
-            None => self.text(zmij::Buffer::new().format_finite(value).as_bytes()),
         }
+        self.indent(depth);
+        for place in 0..N {
+            if place > 0 {
+                self.short(*b" ", 1);
+            }
+            match short[place] {
+                Some((text, length)) => {
+                    self.short(*b"-", usize::from(values[place].is_sign_negative()));
+                    self.short(text.to_le_bytes(), length);
+                }
+                None => self.text(long[place].as_bytes()),
+            }
+        }
+        self.end_line();
     }
 
     #[inline(always)]
