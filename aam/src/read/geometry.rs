@@ -4,7 +4,7 @@ use nom::Parser;
 use nom::combinator::{cut, opt};
 
 use super::animation::tracks;
-use super::bulk::{Limits, TriangleLists, rows, triangles};
+use super::bulk::rows;
 use super::context::{Block, Context, found};
 use super::fault::{Fault, Parsed, Rest};
 use super::materials::counted;
@@ -12,9 +12,8 @@ use super::number::{count, index, integer, skip_space};
 use super::tags::{
     block_tag, field, fits, line_end, peek_word, reals, required, scalar, text, word, yes_or_no, zero_or_one,
 };
-use crate::document::{
-    AnimationMode, Displacement, Faces, Flagged, Frame, Geometry, Group, NodeTransform, Object, Skin,
-};
+use super::triangles::{Limits, TriangleLists, triangles};
+use crate::document::{AnimationMode, Displacement, Flagged, Frame, Geometry, Group, NodeTransform, Object, Skin};
 
 /// `geometry = "GEOMETRY" [ "SmGEnabled" ] "NObj:" n "NFrames:" m "Animation_mode:" mode [ "FPS:" f ] frame+
 /// "ENDGEOMETRY"`, and the offset of each `Obj:`.
@@ -193,7 +192,7 @@ fn object<'a>(cx: &Context<'a>, frame_block: &Block, rest: Rest<'a>, original: O
             if tex_coords.is_none() {
                 cx.warn(normals_end, "syntax/missing-tag", "`TV_List:` is missing before `I_List:`")?;
             }
-            object.faces = Some(faces(tex_coords.unwrap_or_default(), normals, lists));
+            object.faces = Some(lists.into_faces(tex_coords.unwrap_or_default(), normals));
         }
         None if tex_coords.is_some() => {
             let (rest, _) = required(b, "I_List:", word("I_List:")).parse(rest)?;
@@ -354,8 +353,7 @@ fn triangle_list<'a>(cx: &Context<'a>, b: &Block, limits: Limits, rest: Rest<'a>
     };
     let (rest, ()) = line_end(cx, line)?;
     fits(at, rest, total, if cx.binary.get() { 19 } else { "I:0 0 0 0".len() }, "triangles")?;
-    let mut lists = TriangleLists::default();
-    lists.reserve(total, limits.normals.is_some());
+    let mut lists = TriangleLists::new(total, limits.normals.is_some());
     let declared = match groups_on_line {
         Some(groups) => {
             fits(at, rest, groups, "NEWGROUP:0 ENDGROUP".len(), "groups")?;
@@ -370,36 +368,24 @@ fn triangle_list<'a>(cx: &Context<'a>, b: &Block, limits: Limits, rest: Rest<'a>
     let mut rest = rest;
     let more = |lists: &TriangleLists| match declared {
         Some(groups) => lists.groups.len() < groups,
-        None => lists.triangles.len() < total,
+        None => lists.len() < total,
     };
     while more(&lists) {
         let (tail, _) = cut(word("NEWGROUP:")).parse(rest)?;
         let (tail, id) = cut(integer).parse(tail)?;
         let (tail, ()) = line_end(cx, tail)?;
-        let before = lists.triangles.len();
-        let (tail, ()) = cut(|r| triangles(cx, r, limits, total, &mut lists)).parse(tail)?;
+        let before = lists.len();
+        let (tail, ()) = cut(|r| triangles(cx, r, limits, &mut lists)).parse(tail)?;
         let (tail, _) = cut(word("ENDGROUP")).parse(tail)?;
-        lists.groups.push(Group { id, triangles: lists.triangles.len() - before });
+        lists.groups.push(Group { id, triangles: lists.len() - before });
         rest = tail;
     }
-    if lists.triangles.len() != total {
+    if lists.len() != total {
         return Fault::fatal(
             skip_space(rest),
             "count/mismatch",
-            format!("I_List says {total} triangles, and {} follow before {}", lists.triangles.len(), found(rest)),
+            format!("I_List says {total} triangles, and {} follow before {}", lists.len(), found(rest)),
         );
     }
     Ok((rest, lists))
-}
-
-fn faces(tex_coords: Vec<[f32; 2]>, normals: Option<Vec<[f32; 3]>>, mut lists: TriangleLists) -> Faces {
-    Faces {
-        tex_coords,
-        normals,
-        tex_counts: lists.counts(),
-        triangles: lists.triangles,
-        normal_indices: lists.normal_indices,
-        tex_indices: lists.tex_indices,
-        groups: lists.groups,
-    }
 }

@@ -4,6 +4,7 @@
 //! left. `Err::Error` means "not here", `Err::Failure` means "wrong here". Each function's comment is its production in
 //! the grammar of `docs/format.md`.
 
+mod ahead;
 mod animation;
 mod bulk;
 mod context;
@@ -12,7 +13,9 @@ mod geometry;
 mod materials;
 mod number;
 mod physics;
+mod short;
 mod tags;
+mod triangles;
 
 use nom::Parser;
 use nom::combinator::opt;
@@ -34,11 +37,19 @@ pub struct ReadOptions {
     pub max_file_size: u64,
     /// How deep Multi materials may nest. Default 32.
     pub max_nesting: usize,
+    /// How many threads may read the rows of a large list at the same time; 0 counts as 1. What is read does not depend on
+    /// it. Default: what the system has for this process.
+    pub threads: usize,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { strict: false, max_file_size: 4 << 30, max_nesting: 32 }
+        Self {
+            strict: false,
+            max_file_size: 4 << 30,
+            max_nesting: 32,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+        }
     }
 }
 

@@ -1,13 +1,10 @@
-//! Numbers: the leaf parsers on which the speed of reading rests.
+//! Numbers of every form.
 //!
 //! Decimals give the nearest `f32` (ties to even) for every input, as the standard library does. Short decimals, which
-//! is nearly all there are, take a short cut after Clinger (1990): the digits as an integer are exact in `f64`, their product
-//! with a power of ten is off by an ulp or so, and rounding that to `f32` is right unless it lies next to a tie; those
-//! and all longer decimals go to `fast-float2`.
+//! is nearly all there are, take the short cut in [`super::short`], all others `fast-float2`.
 
 use super::fault::{Fault, Parsed, Rest};
-
-const PARTS: [f64; 8] = [1e0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7];
+use super::short;
 
 /// White space of any kind.
 #[inline]
@@ -28,162 +25,16 @@ pub(crate) fn skip_space(mut rest: Rest<'_>) -> Rest<'_> {
     rest
 }
 
-// The short forms below look at eight bytes as one little-endian word. Where the next number starts hangs on nothing but
-// where this one ends, so that the processor can start on it while this one's value is still being made.
-
-const EACH: u64 = 0x0101_0101_0101_0101;
-
-/// How many of the bytes stand before the first that is a blank or another control character; at most eight.
-#[inline(always)]
-fn token_length(word: u64) -> u32 {
-    (word.wrapping_sub(EACH * 0x21) & !word & (EACH * 0x80)).trailing_zeros() / 8
-}
-
-/// Marks with its top bit each byte of a word of distances from `0` that is no digit: adding 0x76 to a digit's distance
-/// does not reach the top bit. Right up to the first mark, which is all that is used.
-#[inline(always)]
-fn other_than_digits(distances: u64) -> u64 {
-    (distances.wrapping_add(EACH * 0x76) | distances) & (EACH * 0x80)
-}
-
-/// The number that eight digits make, given as distances from `0` (after Lemire, "Quickly parsing eight digits", 2018).
-#[inline(always)]
-fn join_digits(distances: u64) -> u64 {
-    let pairs = (distances.wrapping_mul(10).wrapping_add(distances >> 8)) & 0x00ff_00ff_00ff_00ff;
-    let fours = (pairs.wrapping_mul(100).wrapping_add(pairs >> 16)) & 0x0000_ffff_0000_ffff;
-    fours.wrapping_mul(10_000).wrapping_add(fours >> 32) & 0xffff_ffff
-}
-
-/// The first `length` bytes moved up to the end of the word, zeros before them; `length` is 1 to 8.
-#[inline(always)]
-fn move_up(word: u64, length: u32) -> u64 {
-    word << ((64 - 8 * length) & 63)
-}
-
-/// Where the text behind white space starts: nearly always just behind one blank or line end.
-#[inline(always)]
-pub(crate) fn text_start(bytes: &[u8], at: usize) -> usize {
-    if let Some([blank, first]) = bytes.get(at..).and_then(|tail| tail.first_chunk::<2>())
-        && is_space(*blank)
-        && *first > b' '
-    {
-        return at + 1;
-    }
-    bytes.len() - skip_space(bytes.get(at..).unwrap_or_default()).len()
-}
-
-/// A whole number of one to seven digits with white space after it, after any white space: its value and where it ends,
-/// or 0 where the number is anything else.
-#[inline(always)]
-fn short_integer(bytes: &[u8], at: usize) -> (u32, usize) {
-    let start = text_start(bytes, at);
-    let Some(chunk) = bytes.get(start..).and_then(|tail| tail.first_chunk::<8>()) else {
-        return (0, 0);
-    };
-    let word = u64::from_le_bytes(*chunk);
-    let length = token_length(word);
-    if length.wrapping_sub(1) >= 7 {
-        return (0, 0);
-    }
-    let digits = move_up(word ^ (EACH * u64::from(b'0')), length);
-    if other_than_digits(digits) != 0 || !is_space((word >> (8 * length)) as u8) {
-        return (0, 0);
-    }
-    (join_digits(digits) as u32, start + length as usize)
-}
-
-/// A decimal of at most eight characters, its sign aside, after any white space: its value and where it ends, or 0 where
-/// the number is anything else.
-#[inline(always)]
-fn short_real(bytes: &[u8], at: usize) -> (f32, usize) {
-    let start = text_start(bytes, at);
-    let negative = bytes.get(start) == Some(&b'-');
-    let from = start + usize::from(negative);
-    let Some(window) = bytes.get(from..).and_then(|tail| tail.first_chunk::<9>()) else {
-        return (0.0, 0);
-    };
-    let [low @ .., last] = window;
-    let word = u64::from_le_bytes(*low);
-    let length = token_length(word);
-    let end = if length == 8 { *last } else { (word >> (8 * length)) as u8 };
-    if length == 0 || !is_space(end) {
-        return (0.0, 0);
-    }
-    // Blank what follows the token, then let the digits on both sides of the point close ranks.
-    let mut digits = move_up(word ^ (EACH * u64::from(b'0')), length);
-    let other = other_than_digits(digits);
-    let mut scale = 0;
-    if other != 0 {
-        let point = other.trailing_zeros() / 8;
-        let before = (1u64 << (8 * point)) - 1;
-        let joined = (digits & before) << 8 | (digits & !before & !(0xff << (8 * point)));
-        if (digits >> (8 * point)) as u8 != b'.' ^ b'0' || other_than_digits(joined) != 0 || length == 1 {
-            return (0.0, 0);
-        }
-        scale = 7 - point;
-        digits = joined;
-    }
-    // Off by at most an ulp and a half of f64: by half of one in the power of ten and in the product each.
-    let value = join_digits(digits) as i64 as f64 * PARTS[(scale & 7) as usize];
-    // The 29 bits that f32 drops. What lies within two ulps of a tie cannot be decided here. The smallest value but 0 is
-    // 1e-7, so no f32 is subnormal.
-    let dropped = value.to_bits() & 0x1fff_ffff;
-    if dropped.wrapping_sub(0x0fff_fffe) <= 4 {
-        return (0.0, 0);
-    }
-    let single = value as f32;
-    (if negative { -single } else { single }, from + length as usize)
-}
-
 /// A real number, after any white space. Non-finite values in the spellings of C and of Microsoft's C are accepted.
 #[inline]
 pub(crate) fn real(rest: Rest<'_>) -> Parsed<'_, f32> {
-    match short_real(rest, 0) {
-        (value, end @ 1..) => Ok((&rest[end..], value)),
-        _ => real_slow(skip_space(rest)),
+    let start = skip_space(rest);
+    match short::real(start, 0) {
+        Some((value, end)) => Ok((&start[end..], value)),
+        None => real_slow(start),
     }
 }
 
-/// A row of reals of the usual short form, and where it ends; nothing where a number is of another form.
-#[inline(always)]
-pub(crate) fn short_row<const N: usize>(bytes: &[u8], mut at: usize) -> Option<([f32; N], usize)> {
-    let mut row = [0.0; N];
-    for slot in &mut row {
-        (*slot, at) = short_real(bytes, at);
-        if at == 0 {
-            return None;
-        }
-    }
-    Some((row, at))
-}
-
-/// Three short indices below a limit, and where they end; nothing where one is of another form.
-#[inline(always)]
-pub(crate) fn short_indices(bytes: &[u8], mut at: usize, limit: usize) -> Option<([u32; 3], usize)> {
-    let mut row = [0; 3];
-    for slot in &mut row {
-        (*slot, at) = short_integer(bytes, at);
-        if at == 0 || *slot as usize >= limit {
-            return None;
-        }
-    }
-    Some((row, at))
-}
-
-/// `I:` with three short indices below a limit and a short smoothing number, after any white space: the indices, the
-/// number, where the indices start and end, and where the row ends; nothing where the row is of another form.
-#[inline(always)]
-pub(crate) fn short_triangle(bytes: &[u8], at: usize, limit: usize) -> Option<([u32; 3], i32, [usize; 3])> {
-    let start = text_start(bytes, at);
-    if bytes.get(start..start + 2) != Some(b"I:") {
-        return None;
-    }
-    let (vertices, end) = short_indices(bytes, start + 2, limit)?;
-    let (smoothing, row_end) = short_integer(bytes, end);
-    (row_end > 0).then_some((vertices, smoothing as i32, [start + 2, end, row_end]))
-}
-
-#[cold]
 #[inline(never)]
 fn real_slow(start: Rest<'_>) -> Parsed<'_, f32> {
     let length = start.iter().position(|&byte| is_space(byte)).unwrap_or(start.len());
@@ -212,16 +63,8 @@ fn real_slow(start: Rest<'_>) -> Parsed<'_, f32> {
 }
 
 /// A whole number that fits `i32`, after any white space.
-#[inline]
 pub(crate) fn integer(rest: Rest<'_>) -> Parsed<'_, i32> {
-    match short_integer(rest, 0) {
-        (value, end @ 1..) => Ok((&rest[end..], value as i32)),
-        _ => integer_slow(skip_space(rest)),
-    }
-}
-
-#[cold]
-fn integer_slow(start: Rest<'_>) -> Parsed<'_, i32> {
+    let start = skip_space(rest);
     let (negative, mut at) = match start {
         [b'-', tail @ ..] => (true, tail),
         [b'+', tail @ ..] => (false, tail),
@@ -272,16 +115,8 @@ pub(crate) fn count(rest: Rest<'_>) -> Parsed<'_, usize> {
 }
 
 /// An index below `limit`, after any white space. `what` names the list for the message.
-#[inline]
 pub(crate) fn index<'a>(rest: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, u32> {
-    match short_integer(rest, 0) {
-        (value, end @ 1..) if (value as usize) < limit => Ok((&rest[end..], value)),
-        _ => index_slow(skip_space(rest), limit, what),
-    }
-}
-
-#[cold]
-fn index_slow<'a>(start: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, u32> {
+    let start = skip_space(rest);
     let (tail, value) = integer(start)?;
     match u32::try_from(value) {
         Ok(index) if (index as usize) < limit => Ok((tail, index)),
@@ -301,11 +136,35 @@ fn index_slow<'a>(start: Rest<'a>, limit: usize, what: &str) -> Parsed<'a, u32> 
 mod tests {
     use super::*;
 
+    /// Read at the end of a file and amid its rows, where the short forms are read in another way.
     fn same(text: &str) {
-        let (rest, value) = real(text.as_bytes()).expect(text);
-        assert!(rest.is_empty(), "{text}");
         let expected: f32 = text.parse().expect(text);
-        assert_eq!(value.to_bits(), expected.to_bits(), "{text}: {value} for {expected}");
+        let amid = format!("{text}\n-99999999 99999999 99999999 99999999");
+        for (bytes, left) in [(text.as_bytes(), 0), (amid.as_bytes(), amid.len() - text.len())] {
+            let (rest, value) = real(bytes).expect(text);
+            assert_eq!(rest.len(), left, "{text}");
+            assert_eq!(value.to_bits(), expected.to_bits(), "{text}: {value} for {expected}");
+        }
+    }
+
+    /// Numbers without end; the same at every run (Marsaglia, "Xorshift RNGs", 2003).
+    struct Random(u64);
+
+    impl Random {
+        fn next(&mut self) -> u64 {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            self.0
+        }
+
+        fn below(&mut self, limit: u64) -> u64 {
+            self.next() % limit
+        }
+
+        fn digits(&mut self, count: u64) -> String {
+            (0..count).map(|_| char::from(b'0' + self.below(10) as u8)).collect()
+        }
     }
 
     #[test]
@@ -320,12 +179,17 @@ mod tests {
             "5.",
             "1e10",
             "-1.25e-7",
+            "9999999",
+            "99999999",
             "16777217",
             "16777219",
             "8388608.5",
             "9007199254740993",
             "0.1",
             "0.30000001192092896",
+            "9999999.9999999",
+            "0.0000000000001",
+            "-0.0000000000001",
             "3.4028235e38",
             "3.4028236e38",
             "1e39",
@@ -337,23 +201,70 @@ mod tests {
             "1.00000005960464477539062",
             "1.000000059604644775390625",
             "1.000000059604644775390626",
+            "1e99999999999999999999",
+            "1e-99999999999999999999",
+            "0e99999999999999999999",
         ] {
             same(text);
         }
-        // Every tie between neighbouring f32 in reach of the fast path, and its closest decimals.
-        let mut state = 0x9e37_79b9_7f4a_7c15u64;
-        for _ in 0..200_000 {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            let low = f32::from_bits((state as u32 & 0x0fff_ffff) | 0x3800_0000);
-            let high = f32::from_bits(low.to_bits() + 1);
-            let tie = (f64::from(low) + f64::from(high)) / 2.0;
+    }
+
+    #[test]
+    fn random_decimals_are_the_nearest_f32() {
+        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        for _ in 0..400_000 {
+            let sign = if random.below(2) == 0 { "" } else { "-" };
+            let (whole, decimals) = (random.below(9), random.below(15));
+            let text = format!("{sign}{}.{}", random.digits(whole), random.digits(decimals));
+            if whole + decimals > 0 {
+                same(&text);
+            }
+            if whole > 0 {
+                same(text.trim_end_matches('0'));
+            }
+            let count = 1 + random.below(9);
+            same(&random.digits(count));
+            let (count, exponent) = (1 + random.below(20), random.below(100) as i64 - 60);
+            same(&format!("{sign}{}e{exponent}", random.digits(count)));
+            // Any f32, subnormals among them, in the shortest form, as 17 digits and rounded.
+            let value = f32::from_bits(random.next() as u32);
+            if value.is_finite() {
+                same(&format!("{value}"));
+                same(&format!("{value:e}"));
+                same(&format!("{value:.16e}"));
+                same(&format!("{value:.6}"));
+            }
+        }
+    }
+
+    /// The middles between neighbouring `f32`, and the decimals closest to them on both sides.
+    #[test]
+    fn ties_are_the_nearest_f32() {
+        let mut random = Random(0xd1b5_4a32_d192_ed03);
+        for _ in 0..400_000 {
+            let low = f32::from_bits(random.next() as u32 & 0x0fff_ffff | 0x3800_0000);
+            let tie = (f64::from(low) + f64::from(low.next_up())) / 2.0;
             same(&format!("{tie}"));
             same(&format!("{tie:.12}"));
             same(&format!("{low:.4}"));
             same(&format!("{low:.10}"));
             same(&format!("{low}"));
+        }
+        // These middles have at most 14 characters, so that the short form meets them exactly.
+        for _ in 0..400_000 {
+            let exponent = 127 + 16 + random.below(7) as u32;
+            let low = f32::from_bits(exponent << 23 | random.next() as u32 & 0x007f_ffff);
+            let tie = (f64::from(low) + f64::from(low.next_up())) / 2.0;
+            let text = format!("{tie}");
+            assert!(text.len() <= 15 && (text.parse::<f64>() == Ok(tie)), "{text}");
+            same(&text);
+            same(&format!("-{text}"));
+            same(&format!("{}", tie.next_up()));
+            same(&format!("{}", tie.next_down()));
+            same(&format!("{text}1"));
+            let decimals = text.len() - text.find('.').expect(".5 and less") - 1;
+            let below = tie - 10f64.powi(-(decimals as i32) - 1);
+            same(&format!("{below:.*}", decimals + 1));
         }
     }
 
@@ -362,6 +273,15 @@ mod tests {
         let long = format!("{}.{}", "1".repeat(30), "7".repeat(370));
         same(&long);
         same(&format!("0.{}1", "0".repeat(399)));
+        let mut random = Random(0xa076_1d64_78bd_642f);
+        for _ in 0..20_000 {
+            // The exact middle takes up to 150 digits; what decides comes behind them.
+            let low = f32::from_bits(random.next() as u32 & 0x007f_ffff | (random.below(254) as u32 + 1) << 23);
+            let tie = (f64::from(low) + f64::from(low.next_up())) / 2.0;
+            let exact = format!("{tie:.200}");
+            same(&exact);
+            same(&format!("{exact}{}1", "0".repeat(150)));
+        }
     }
 
     #[test]

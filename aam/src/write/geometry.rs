@@ -1,8 +1,9 @@
 //! `GEOMETRY … ENDGEOMETRY`.
 
 use super::WriteError;
+use super::digits::{ShortText, short_integer};
 use super::out::{InPlace, Out};
-use crate::document::{AnimationMode, Faces, Flagged, Geometry, Object, Skin, TexCounts, Track};
+use crate::document::{AnimationMode, Faces, Flagged, Geometry, Object, Skin, TexCounts, Track, Triangle};
 
 pub(crate) fn geometry(out: &mut Out, geometry: &Geometry) -> Result<(), WriteError> {
     let objects = geometry.frames.first().map_or(0, |frame| frame.objects.len());
@@ -194,13 +195,13 @@ fn faces(out: &mut Out, subject: &str, place: &mut InPlace<'_>, vertices: usize,
         out.end_line();
         for _ in 0..group.triangles {
             let corners = &faces.triangles[triangle];
-            row(out, b"I: ", &corners.vertices, Some(corners.smoothing));
+            let short = triangle_row(out, corners);
             if let Some(indices) = faces.normal_indices.get(triangle) {
-                row(out, b"NI: ", indices, None);
+                index_row(out, *b"NI: ", indices, corners, short);
             }
             let count = faces.tex_counts.of(triangle);
             for indices in &faces.tex_indices[textures..textures + count] {
-                row(out, b"TI: ", indices, None);
+                index_row(out, *b"TI: ", indices, corners, short);
             }
             triangle += 1;
             textures += count;
@@ -209,33 +210,54 @@ fn faces(out: &mut Out, subject: &str, place: &mut InPlace<'_>, vertices: usize,
     }
 }
 
-/// One row of indices. In BINARY, `I:` starts at once and the rows after it on a new line, and no row has an end.
-fn row(out: &mut Out, tag: &[u8], indices: &[u32; 3], smoothing: Option<i32>) {
+#[inline(always)]
+fn short_indices(&[a, b, c]: &[u32; 3]) -> [Option<ShortText>; 3] {
+    [short_integer(a.into()), short_integer(b.into()), short_integer(c.into())]
+}
+
+/// `I:`, and the texts of its indices. In BINARY it starts at once, and has no line end.
+#[inline(always)]
+fn triangle_row(out: &mut Out, triangle: &Triangle) -> [Option<ShortText>; 3] {
+    let Triangle { vertices, smoothing } = triangle;
     if out.binary {
-        if smoothing.is_none() {
-            out.end_line();
-        }
-        out.raw(tag);
-        for index in indices {
-            out.raw(&index.to_le_bytes());
-        }
-        if let Some(smoothing) = smoothing {
-            out.raw(&smoothing.to_le_bytes());
-        }
+        out.row(|row| {
+            row.short(*b"I: ", 3);
+            vertices.iter().for_each(|index| row.short(index.to_le_bytes(), 4));
+            row.short(smoothing.to_le_bytes(), 4);
+        });
+        return [None; 3];
+    }
+    let short = short_indices(vertices);
+    out.row(|row| {
+        row.indent(2);
+        row.short(*b"I: ", 3);
+        row.indices(vertices, short);
+        row.short(*b" ", 1);
+        row.integer(i64::from(*smoothing), short_integer(i64::from(*smoothing)));
+        row.end_line();
+    });
+    short
+}
+
+/// `NI:` or `TI:` of a triangle, which often has the triangle's own indices. In BINARY it starts on a new line.
+#[inline(always)]
+fn index_row(out: &mut Out, tag: [u8; 4], indices: &[u32; 3], triangle: &Triangle, short: [Option<ShortText>; 3]) {
+    if out.binary {
+        out.row(|row| {
+            row.end_line();
+            row.short(tag, 4);
+            indices.iter().for_each(|index| row.short(index.to_le_bytes(), 4));
+        });
         return;
     }
-    out.indent(2);
-    out.raw(tag);
-    out.integer(indices[0]);
-    out.raw(b" ");
-    out.integer(indices[1]);
-    out.raw(b" ");
-    out.integer(indices[2]);
-    if let Some(smoothing) = smoothing {
-        out.raw(b" ");
-        out.integer(smoothing);
-    }
-    out.end_line();
+    let same = *indices == triangle.vertices;
+    let short = if same { short } else { short_indices(indices) };
+    out.row(|row| {
+        row.indent(2);
+        row.short(tag, 4);
+        row.indices(indices, short);
+        row.end_line();
+    });
 }
 
 /// Whether the lists of faces agree with each other, so that what is written reads back.

@@ -1,5 +1,6 @@
 //! The writer: canonical layout, one line for each tag and row, tabs for indentation.
 
+mod digits;
 mod geometry;
 mod materials;
 mod out;

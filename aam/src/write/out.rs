@@ -2,20 +2,26 @@
 
 use std::collections::BTreeMap;
 
+use super::digits::{ShortText, short_decimal};
 use super::{WriteError, WriteOptions};
 use crate::Text;
 use crate::document::Unknown;
 use crate::text::trim_blanks;
 
+/// How many bytes are gathered before they go to the file's others. Appending so many costs next to nothing for each of them,
+/// appending every few by themselves most of the time.
+const GATHERED: usize = 4096;
+
 /// The bytes written so far.
 pub(crate) struct Out {
     bytes: Vec<u8>,
-    line_end: &'static [u8],
+    /// What comes behind `bytes`.
+    gathered: [u8; GATHERED],
+    gathered_length: usize,
+    crlf: bool,
     digits: Option<usize>,
     pub(crate) binary: bool,
     error: Option<WriteError>,
-    real: zmij::Buffer,
-    integer: itoa::Buffer,
 }
 
 const TABS: &[u8] = &[b'\t'; 64];
@@ -24,17 +30,18 @@ impl Out {
     pub(crate) fn new(options: &WriteOptions, binary: bool, estimate: usize) -> Self {
         Self {
             bytes: Vec::with_capacity(estimate),
-            line_end: if options.crlf { b"\r\n" } else { b"\n" },
+            gathered: [0; GATHERED],
+            gathered_length: 0,
+            crlf: options.crlf,
             digits: options.digits.map(usize::from),
             binary,
             error: None,
-            real: zmij::Buffer::new(),
-            integer: itoa::Buffer::new(),
         }
     }
 
     /// The whole file.
-    pub(crate) fn finish(self) -> Result<Vec<u8>, WriteError> {
+    pub(crate) fn finish(mut self) -> Result<Vec<u8>, WriteError> {
+        self.append_gathered();
         match self.error {
             Some(error) => Err(error),
             None => Ok(self.bytes),
@@ -48,16 +55,46 @@ impl Out {
         }
     }
 
+    #[cold]
+    #[inline(never)]
+    fn append_gathered(&mut self) {
+        self.bytes.extend_from_slice(&self.gathered[..self.gathered_length]);
+        self.gathered_length = 0;
+    }
+
+    /// Gathers a row of at most [`ROW`] bytes.
+    #[inline(always)]
+    pub(crate) fn row<R>(&mut self, write: impl FnOnce(&mut Row<'_>) -> R) -> R {
+        if self.gathered_length > GATHERED - ROW {
+            self.append_gathered();
+        }
+        let mut row = Row { bytes: &mut self.gathered, length: self.gathered_length, crlf: self.crlf };
+        let result = write(&mut row);
+        self.gathered_length = row.length;
+        result
+    }
+
+    #[inline]
     pub(crate) fn indent(&mut self, depth: usize) {
-        self.bytes.extend_from_slice(&TABS[..depth.min(TABS.len())]);
+        self.raw(&TABS[..depth.min(TABS.len())]);
     }
 
+    #[inline]
     pub(crate) fn raw(&mut self, bytes: &[u8]) {
-        self.bytes.extend_from_slice(bytes);
+        if bytes.len() > GATHERED - self.gathered_length {
+            self.append_gathered();
+            if bytes.len() > GATHERED {
+                self.bytes.extend_from_slice(bytes);
+                return;
+            }
+        }
+        self.gathered[self.gathered_length..][..bytes.len()].copy_from_slice(bytes);
+        self.gathered_length += bytes.len();
     }
 
+    #[inline]
     pub(crate) fn end_line(&mut self) {
-        self.bytes.extend_from_slice(self.line_end);
+        self.raw(if self.crlf { b"\r\n" } else { b"\n" });
     }
 
     /// A line of fixed words.
@@ -119,24 +156,22 @@ impl Out {
 
     #[inline]
     pub(crate) fn integer(&mut self, value: impl itoa::Integer) {
-        let text = self.integer.format(value);
-        self.bytes.extend_from_slice(text.as_bytes());
+        self.raw(itoa::Buffer::new().format(value).as_bytes());
     }
 
     /// The shortest decimal that reads back to the same value, or a fixed number of digits.
     #[inline]
     pub(crate) fn real(&mut self, value: f32) {
         if !value.is_finite() {
-            self.bytes.extend_from_slice(match value {
+            self.raw(match value {
                 f32::INFINITY => b"1.#INF",
                 f32::NEG_INFINITY => b"-1.#INF",
                 _ => b"-1.#IND",
             });
         } else if let Some(digits) = self.digits {
-            self.bytes.extend_from_slice(format!("{value:.digits$}").as_bytes());
+            self.raw(format!("{value:.digits$}").as_bytes());
         } else {
-            let text = self.real.format_finite(value);
-            self.bytes.extend_from_slice(text.as_bytes());
+            self.raw(zmij::Buffer::new().format_finite(value).as_bytes());
         }
     }
 
@@ -152,18 +187,20 @@ impl Out {
     /// Rows of reals: text, or little-endian binary without a line end.
     pub(crate) fn rows<const N: usize>(&mut self, depth: usize, rows: &[[f32; N]]) {
         if self.binary {
-            for row in rows {
-                for value in row {
-                    self.bytes.extend_from_slice(&value.to_le_bytes());
-                }
+            for values in rows {
+                self.row(|row| values.iter().for_each(|value| row.short(value.to_le_bytes(), 4)));
             }
             return;
         }
-        for row in rows {
+        for values in rows {
+            if self.digits.is_none() && values.iter().all(|value| value.is_finite()) {
+                self.row(|row| row.reals(depth, values));
+                continue;
+            }
             self.indent(depth);
-            for (place, &value) in row.iter().enumerate() {
+            for (place, &value) in values.iter().enumerate() {
                 if place > 0 {
-                    self.bytes.push(b' ');
+                    self.raw(b" ");
                 }
                 self.real(value);
             }
@@ -184,6 +221,106 @@ impl Out {
             self.free_text("unknown text", line);
             self.end_line();
         }
+    }
+}
+
+/// The longest [`Row`]: three reals or four whole numbers take half of it.
+const ROW: usize = 128;
+
+/// A row on its way into a file. Its length is kept apart so that it stays in a register.
+pub(crate) struct Row<'a> {
+    bytes: &'a mut [u8; GATHERED],
+    length: usize,
+    crlf: bool,
+}
+
+impl Row<'_> {
+    /// The first so many of a few bytes. Copying all of them takes one instruction.
+    #[inline(always)]
+    pub(crate) fn short<const N: usize>(&mut self, bytes: [u8; N], length: usize) {
+        self.bytes[self.length..][..N].copy_from_slice(&bytes);
+        self.length += length;
+    }
+
+    /// A text of at most 32 bytes.
+    #[inline(always)]
+    fn text(&mut self, text: &[u8]) {
+        match text.len() {
+            8..=16 => self.ends::<8>(text),
+            4..8 => self.ends::<4>(text),
+            2..4 => self.ends::<2>(text),
+            _ => self.bytes[self.length..][..text.len()].copy_from_slice(text),
+        }
+        self.length += text.len();
+    }
+
+    /// Copies a text of `N` to twice `N` bytes by two copies of fixed size, which overlap where it is shorter.
+    #[inline(always)]
+    fn ends<const N: usize>(&mut self, text: &[u8]) {
+        if let (Some(first), Some(last)) = (text.first_chunk::<N>(), text.last_chunk::<N>()) {
+            self.bytes[self.length..][..N].copy_from_slice(first);
+            self.bytes[self.length + text.len() - N..][..N].copy_from_slice(last);
+        }
+    }
+
+    /// At most eight tabs.
+    #[inline(always)]
+    pub(crate) fn indent(&mut self, depth: usize) {
+        self.short([b'\t'; 8], depth.min(8));
+    }
+
+    /// An index or a smoothing number, and its text where it is short.
+    #[inline(always)]
+    pub(crate) fn integer(&mut self, value: i64, short: Option<ShortText>) {
+        match short {
+            Some((text, length)) => self.short(text.to_le_bytes(), length),
+            None => self.text(itoa::Buffer::new().format(value).as_bytes()),
+        }
+    }
+
+    /// Three indices with blanks between them, and their texts where they are short.
+    #[inline(always)]
+    pub(crate) fn indices(&mut self, indices: &[u32; 3], short: [Option<ShortText>; 3]) {
+        for place in 0..3 {
+            if place > 0 {
+                self.short(*b" ", 1);
+            }
+            self.integer(i64::from(indices[place]), short[place]);
+        }
+    }
+
+    /// A line of the shortest decimals of finite values.
+    #[inline(always)]
+    fn reals<const N: usize>(&mut self, depth: usize, values: &[f32; N]) {
+        // All texts are made before any is copied: what was stored a moment ago, and in other pieces, is slow to load.
+        let mut buffers: [_; N] = std::array::from_fn(|_| zmij::Buffer::new());
+        let mut short = [None; N];
+        let mut long = [""; N];
+        for (place, buffer) in buffers.iter_mut().enumerate() {
+            short[place] = short_decimal(values[place].abs());
+            if short[place].is_none() {
+                long[place] = buffer.format_finite(values[place]);
+            }
+        }
+        self.indent(depth);
+        for place in 0..N {
+            if place > 0 {
+                self.short(*b" ", 1);
+            }
+            match short[place] {
+                Some((text, length)) => {
+                    self.short(*b"-", usize::from(values[place].is_sign_negative()));
+                    self.short(text.to_le_bytes(), length);
+                }
+                None => self.text(long[place].as_bytes()),
+            }
+        }
+        self.end_line();
+    }
+
+    #[inline(always)]
+    pub(crate) fn end_line(&mut self) {
+        if self.crlf { self.short(*b"\r\n", 2) } else { self.short(*b"\n", 1) }
     }
 }
 
