@@ -19,7 +19,10 @@ fn main() {
     let large = folder.path().join("grid.glb");
     export(&Asset { document: grid(), ..Asset::default() }, &large, &ExportOptions::default()).expect("writable");
     let crate_model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/assets/crate.gltf");
-    println!("{:<24}{:>12}{:>12}{:>12}{:>10}{:>10}", "median of 7, ms", "load", "import", "convert", "import/", "convert/");
+    println!(
+        "{:<24}{:>12}{:>12}{:>12}{:>10}{:>10}",
+        "median of 7, ms", "load", "import", "convert", "import/", "convert/"
+    );
     for (name, path) in [("grid, 498 k triangles", large), ("crate.gltf, 10.7 k", crate_model)] {
         measure(name, &path, folder.path());
     }

@@ -12,7 +12,7 @@ use crate::{Asset, ConvertError, ExportOptions, ImportOptions, TextureFile, orig
 
 /// Reads an AAM file; its textures are those in its folder.
 pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
-    let read = ReadOptions { max_file_size: options.max_file_size, ..ReadOptions::default() };
+    let read = ReadOptions { limits: options.limits, ..ReadOptions::default() };
     let outcome = aam::read_file(path, &read)?;
     let mut asset = Asset { document: outcome.document, ..Asset::default() };
     for finding in outcome.findings.iter().filter(|finding| finding.severity >= Severity::Warning) {
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(scene.lights, Some(vec![light]));
         assert_eq!(scene.cameras.len(), 1);
         assert_eq!(scene.shading, Some(Shading::Linear));
-        assert_eq!(scene.asset_paths(&folder.path().join("my model.scene.toml")), [path.clone()]);
+        assert_eq!(scene.asset_paths(&folder.path().join("my model.scene.toml")), std::slice::from_ref(&path));
         // One that was edited since is not replaced without being asked.
         std::fs::write(folder.path().join("my model.scene.toml"), "# mine\n").unwrap();
         let error = export_file(&asset, &path, &ExportOptions::default()).unwrap_err().to_string();

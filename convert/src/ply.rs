@@ -21,7 +21,7 @@ use body::Model;
 
 /// Reads a PLY file. Axes: +Z up unless told otherwise.
 pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
-    let bytes = read_bytes(path, options.max_file_size)?;
+    let bytes = read_bytes(path, &options.limits)?;
     let source = Source { path, bytes: &bytes };
     let header = header::parse(source)?;
     let mut asset = Asset::default();

@@ -16,7 +16,7 @@ const FACET: usize = 50;
 
 /// Reads an STL file. Axes: +Z up unless told otherwise, as CAD programs write it.
 pub(crate) fn import(path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
-    let bytes = read_bytes(path, options.max_file_size)?;
+    let bytes = read_bytes(path, &options.limits)?;
     let source = Source { path, bytes: &bytes };
     let mut asset = Asset::default();
     let stem = path.file_stem().map_or_else(|| "object".into(), |stem| stem.to_string_lossy().into_owned());

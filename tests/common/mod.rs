@@ -167,6 +167,13 @@ impl Ran {
         self
     }
 
+    /// Ends with a code, whatever is said.
+    #[track_caller]
+    pub(crate) fn ends_with(self, code: i32) -> Self {
+        assert_eq!(self.code, Some(code), "{}{}", self.out, self.err);
+        self
+    }
+
     /// Contains a text, on either stream.
     #[track_caller]
     pub(crate) fn says(&self, text: &str) -> &Self {

@@ -1,16 +1,12 @@
-//! How large a document may grow. A glTF file repeats a mesh at the cost of a few bytes, an AAM file cannot, and a
+//! How large a document may grow, and how much work it may be. A glTF file repeats a mesh at the cost of a few bytes, an AAM file cannot, and a
 //! clip of a million seconds is one number; so the product is checked before any of it is made.
+
+use aam::{Limit, Limits};
 
 use super::fault::{Checked, Fault};
 
 /// Elements of an accessor that no bytes stand behind, in a small file.
 pub(super) const ZERO_FILLED: usize = 1 << 16;
-
-/// Vertices of a document, over all frames (12 bytes each).
-const VERTICES: u64 = 1 << 28;
-
-/// Triangles of a document.
-const TRIANGLES: u64 = 1 << 26;
 
 /// Vertices times morph targets times frames: about a minute of work.
 const MORPHS: u64 = 1 << 34;
@@ -18,17 +14,11 @@ const MORPHS: u64 = 1 << 34;
 /// Vertices read from the file, each morph target counted.
 const DECODED: u64 = 1 << 27;
 
-/// Objects of a document, over all frames.
-const OBJECTS: u64 = 1 << 23;
-
 /// Nodes, joints and animation channels, over all frames: about a minute of work.
 const POSES: u64 = 1 << 28;
 
 /// Times and values that the channels of a clip name together.
 const KEYS: u64 = 1 << 30;
-
-/// Frames of a clip.
-pub(super) const FRAMES: u64 = 1 << 20;
 
 /// Pixels of all pictures that are decoded, those that did not stay in memory counted again.
 const DECODED_PIXELS: u64 = 1 << 35;
@@ -49,19 +39,21 @@ pub(super) struct Size {
 
 impl Size {
     /// Refuses a document that would be too large, before it is made.
-    pub(super) fn check(&self) -> Checked<()> {
+    pub(super) fn check(&self, limits: &Limits) -> Checked<()> {
         let reduce = "export fewer instances or a shorter clip, or lower --fps";
+        let within =
+            |limit, count| limits.check(limit, count).map_err(|exceeded| Fault::Limit { exceeded, way_out: reduce });
+        within(Limit::Objects, self.objects)?;
+        within(Limit::Vertices, self.vertices)?;
+        within(Limit::Triangles, self.triangles)?;
         let check = |count: u64, limit: u64, what: &str| {
             if count <= limit {
                 return Ok(());
             }
             Err(Fault::unsupported(format!("a document of {count} {what} (more than {limit})"), reduce))
         };
-        check(self.vertices, VERTICES, "vertices over all frames")?;
-        check(self.triangles, TRIANGLES, "triangles")?;
         check(self.morphs, MORPHS, "morphed vertices over all frames and targets")?;
         check(self.decoded, DECODED, "vertices with all morph targets")?;
-        check(self.objects, OBJECTS, "objects over all frames")?;
         check(self.poses, POSES, "moving nodes, joints and channels over all frames")
     }
 }

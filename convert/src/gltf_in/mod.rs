@@ -83,7 +83,7 @@ fn run(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Checked
     }
     progress.stage("reading", 0);
     let mut log = Log::default();
-    let file = Arc::new(aam::read_bytes(path, options.max_file_size)?);
+    let file = Arc::new(aam::read_bytes(path, &options.limits)?);
     let container = container::open(&file)?;
     for oddity in &container.oddities {
         log.changed("", "GLB container", oddity, None);
@@ -106,8 +106,9 @@ fn run(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Checked
     let mut moment = Moment::rest(&model, &graph)?;
     let clip = clip::find(reader, options, &mut log)?;
     let form = form(&model, &graph, &moment, clip.as_ref(), options, &mut log);
-    let frames = clip.as_ref().filter(|_| form != Form::Static).map_or(Ok(1), |clip| clip.frames(rate))?;
-    stage::check_size(&model, &graph, form, frames, clip.as_ref())?;
+    let frames =
+        clip.as_ref().filter(|_| form != Form::Static).map_or(Ok(1), |clip| clip.frames(rate, &options.limits))?;
+    stage::check_size(&model, &graph, form, frames, clip.as_ref(), &options.limits)?;
 
     let mut asset = Asset::default();
     let meshes = decode(reader, &graph, options.keep_uvs, &mut log, progress)?;

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use aam::Limits;
 use glam::DAffine3;
 
 use super::clip::Clip;
@@ -99,7 +100,14 @@ pub(super) fn form(model: &Model, graph: &Graph, moment: &Moment, clip: Option<&
 }
 
 /// Checks how large the document will be, before anything large is made.
-pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize, clip: Option<&Clip>) -> Checked<()> {
+pub(super) fn check_size(
+    model: &Model,
+    graph: &Graph,
+    form: Form,
+    frames: usize,
+    clip: Option<&Clip>,
+    limits: &Limits,
+) -> Checked<()> {
     let mut mesh_sizes = vec![(0_u64, 0_u64); model.meshes.len()];
     for (size, mesh) in mesh_sizes.iter_mut().zip(&model.meshes) {
         for primitive in &mesh.primitives {
@@ -136,7 +144,7 @@ pub(super) fn check_size(model: &Model, graph: &Graph, form: Form, frames: usize
         let posed = (model.nodes.len() + clip.tracks() + joints) as u64;
         size.poses = posed.saturating_mul(frames as u64);
     }
-    size.check()
+    size.check(limits)
 }
 
 /// Elements of the sparse accessors that a primitive uses. Of these all are decoded, however few the triangles name.

@@ -25,7 +25,7 @@ use super::textures::Textures;
 
 /// Reads an OBJ file and its libraries.
 pub(crate) fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, ConvertError> {
-    let bytes = read_bytes(path, options.max_file_size)?;
+    let bytes = read_bytes(path, &options.limits)?;
     let source = Source { path, bytes: &bytes };
     let model = parse(source, progress)?;
     if model.faces.is_empty() {
@@ -99,7 +99,7 @@ fn libraries(
                     continue;
                 }
             };
-            let bytes = match read_bytes(&library, options.max_file_size) {
+            let bytes = match read_bytes(&library, &options.limits) {
                 Ok(bytes) => bytes,
                 Err(error) => {
                     report.lost("", "material library", error.to_string());

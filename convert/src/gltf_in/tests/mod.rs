@@ -14,11 +14,17 @@ mod textures;
 
 use std::path::PathBuf;
 
+use aam::Limits;
 use aam::document::{MaterialBody, Object, SingleMaterial};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::{Asset, ConvertError, ImportOptions, Outcome, Silent};
+
+/// Default options but for the limits.
+pub(super) fn limited(limits: Limits) -> ImportOptions {
+    ImportOptions { limits, ..ImportOptions::default() }
+}
 
 /// A glTF file in the making: JSON and one binary buffer.
 #[derive(Clone, Debug)]
