@@ -1,6 +1,8 @@
 //! What the tests of the command share: a folder of their own, the command in it, and a small file.
 #![allow(dead_code, reason = "each of them uses a part")]
 
+pub(crate) mod schema;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
