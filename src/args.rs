@@ -1,7 +1,12 @@
 //! Parsers of option values. Each error says what would have been accepted.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
+use aam::check::{self, CODES, CodePattern};
+use aam::nearest;
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::{Arg, Command};
 use glam::Vec3;
 
 /// The largest side of a picture in pixels.
@@ -82,13 +87,19 @@ pub(crate) fn background(text: &str) -> Result<Background, String> {
     }
     match vector(text) {
         Ok(color) if color.min_element() >= 0.0 && color.max_element() <= 1.0 => Ok(Background::Color(color)),
-        _ => Err("expected transparent, a name such as white, #rrggbb, or R,G,B with numbers from 0 to 1".into()),
+        _ => {
+            let near = nearest(lower.as_bytes(), names.iter().map(|(name, _)| *name).chain(["transparent", "none"]));
+            let hint = near.map(|name| format!("; did you mean {name}?")).unwrap_or_default();
+            Err(format!(
+                "expected transparent, black, white, grey, red, green, blue, #rrggbb, or R,G,B with numbers from 0 to 1{hint}"
+            ))
+        }
     }
 }
 
-/// `500000`, `64k`, `512M`, `4G`, with binary multiples, as in `dd` and `head`.
-pub(crate) fn byte_count(text: &str) -> Result<u64, String> {
-    let wanted = || "expected a number of bytes such as 500000, 64K, 512M or 4G".to_owned();
+/// `500000`, `64k`, `512M`, `4G`, with binary multiples, as in `dd` and `head`; not 0.
+pub(crate) fn amount(text: &str) -> Result<u64, String> {
+    let wanted = || "expected a whole number from 1 such as 500000, 64K, 512M or 4G (K is 1024)".to_owned();
     let trimmed = text.trim().trim_end_matches(['b', 'B']);
     let digits = trimmed.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let shift = match trimmed[digits.len()..].to_ascii_lowercase().as_str() {
@@ -100,7 +111,25 @@ pub(crate) fn byte_count(text: &str) -> Result<u64, String> {
         _ => return Err(wanted()),
     };
     let value: u64 = digits.trim().parse().map_err(|_| wanted())?;
-    value.checked_mul(1 << shift).ok_or_else(wanted)
+    value.checked_mul(1 << shift).filter(|amount| *amount > 0).ok_or_else(wanted)
+}
+
+/// A code of `aam check`, or a group of codes. Its possible values are for completions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CodeParser;
+
+impl TypedValueParser for CodeParser {
+    type Value = CodePattern;
+
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<CodePattern, clap::Error> {
+        let pattern = StringValueParser::new().try_map(|text| text.parse::<CodePattern>());
+        pattern.parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let codes = CODES.iter().map(|info| info.code);
+        Some(Box::new(check::groups().into_iter().chain(codes).map(PossibleValue::new)))
+    }
 }
 
 /// A number from `low` to `high`.
@@ -199,15 +228,16 @@ mod tests {
         for wrong in ["", "#12", "#12345g", "#+12345", "2,0,0", "-1,0,0", "mauve-ish"] {
             assert!(background(wrong).is_err(), "{wrong}");
         }
+        assert!(background("wihte").is_err_and(|error| error.ends_with("did you mean white?")));
     }
 
     #[test]
-    fn byte_counts_take_units() {
-        assert_eq!(byte_count("500000"), Ok(500_000));
-        assert_eq!(byte_count("64K"), Ok(65_536));
-        assert_eq!(byte_count("4GiB"), Ok(4 << 30));
-        for wrong in ["", "K", "-1", "4X", "99999999999999999999", "999999999T"] {
-            assert!(byte_count(wrong).is_err(), "{wrong}");
+    fn amounts_take_units() {
+        assert_eq!(amount("500000"), Ok(500_000));
+        assert_eq!(amount("64K"), Ok(65_536));
+        assert_eq!(amount("4GiB"), Ok(4 << 30));
+        for wrong in ["", "0", "0G", "K", "-1", "4X", "99999999999999999999", "999999999T"] {
+            assert!(amount(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -102,7 +102,13 @@ fn unknown(name: &str, scene: &Scene) -> Failure {
         0 => "the file has no named camera".to_owned(),
         _ => format!("cameras of the file: {}", cameras.join(", ")),
     };
-    Failure::new(format_args!("there is no view {name:?}")).help(format_args!("views: {}; {cameras}", SIDES.join(", ")))
+    let known = SIDES.into_iter().chain(scene.cameras.iter().map(|camera| camera.name.as_str()));
+    let near = match aam::nearest(name.as_bytes(), known) {
+        Some(near) => format!("; did you mean {near}?"),
+        None => String::new(),
+    };
+    Failure::new(format_args!("there is no view {name:?}{near}"))
+        .help(format_args!("views: {}; {cameras}", SIDES.join(", ")))
 }
 
 /// Near and far planes around the scene.

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use aam::check::{CodePattern, Rules};
+use aam::{Limits, Severity};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, ValueHint};
 use glam::Vec3;
 
-use crate::args::{self, Background, Size, TextureFor};
+use crate::args::{self, Background, CodeParser, Size, TextureFor};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -79,12 +81,49 @@ pub(crate) struct ReadArgs {
     /// Read textures outside the file's own folder
     #[arg(long)]
     pub(crate) allow_outside: bool,
-    /// Refuse files larger than this many bytes (64K, 512M, 4G)
-    #[arg(long, value_name = "BYTES", default_value = "4G", value_parser = args::byte_count)]
-    pub(crate) max_file_size: u64,
-    /// Refuse textures with more pixels than this (16M, 256M)
-    #[arg(long, value_name = "PIXELS", default_value = "256M", value_parser = args::byte_count)]
-    pub(crate) max_texture_pixels: u64,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+/// How large what is read may be. Numbers may end in K, M, G or T, which are powers of 1024.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Limits")]
+pub(crate) struct LimitArgs {
+    /// Refuse files of more bytes (64K, 512M, 4G)
+    #[arg(long, value_name = "BYTES", default_value = "4G", value_parser = args::amount)]
+    max_file_size: u64,
+    /// Refuse documents of more objects, over all frames
+    #[arg(long, value_name = "N", default_value = "8M", value_parser = args::amount)]
+    max_objects: u64,
+    /// Refuse documents of more vertices, over all frames
+    #[arg(long, value_name = "N", default_value = "256M", value_parser = args::amount)]
+    max_vertices: u64,
+    /// Refuse documents of more triangles
+    #[arg(long, value_name = "N", default_value = "64M", value_parser = args::amount)]
+    max_triangles: u64,
+    /// Refuse documents and clips of more frames
+    #[arg(long, value_name = "N", default_value = "1M", value_parser = args::amount)]
+    max_frames: u64,
+    /// Leave out textures of more pixels
+    #[arg(long, value_name = "N", default_value = "256M", value_parser = args::amount)]
+    max_texture_pixels: u64,
+    /// Refuse materials that nest deeper
+    #[arg(long, value_name = "N", default_value = "32", value_parser = clap::value_parser!(u64).range(1..=Limits::DEEPEST_NESTING))]
+    max_nesting: u64,
+}
+
+impl LimitArgs {
+    pub(crate) fn limits(&self) -> Limits {
+        Limits {
+            file_size: self.max_file_size,
+            objects: self.max_objects,
+            vertices: self.max_vertices,
+            triangles: self.max_triangles,
+            frames: self.max_frames,
+            texture_pixels: self.max_texture_pixels,
+            nesting: self.max_nesting,
+        }
+    }
 }
 
 /// An axis that points up.
@@ -105,6 +144,7 @@ Examples:
   aam convert model.gltf --report report.json -v
 
 Input:  .gltf .glb .obj .stl .ply .aam       Output: .aam .glb .gltf .obj
+docs/report.schema.json describes the report.
 The output's name decides its format. An output that you name is overwritten; an input never is.";
 
 #[derive(Debug, Args)]
@@ -332,7 +372,9 @@ pub(crate) struct ViewArgs {
 const INFO_EXAMPLES: &str = "\
 Examples:
   aam info model.aam
-  aam info model.glb --json | jq .counts";
+  aam info model.glb --json | jq '.vertices, .triangles'
+
+docs/info.schema.json describes the JSON.";
 
 #[derive(Debug, Args)]
 #[command(after_help = INFO_EXAMPLES)]
@@ -351,7 +393,14 @@ const CHECK_EXAMPLES: &str = "\
 Examples:
   aam check model.aam
   aam check models/*.aam --strict
+  aam check model.aam --only geometry,physics --ignore geometry/unused-vertex
+  aam check model.aam --error texture --info texture/rotation-axes
+  aam check --list                          every code, its severity and meaning
   aam check model.aam --json | jq '.[].findings[].code'
+
+A CODE is one finding, such as texture/missing, or a group of them, such as texture. The severity
+of a code counts more than that of its group. An error that ends the reading is always shown, and
+always an error. docs/checks.schema.json describes the JSON.
 
 Exit codes: 0 no finding of error severity, 1 at least one, 2 a file could not be read.";
 
@@ -359,20 +408,55 @@ Exit codes: 0 no finding of error severity, 1 at least one, 2 a file could not b
 #[command(after_help = CHECK_EXAMPLES)]
 pub(crate) struct CheckArgs {
     /// AAM files
-    #[arg(value_name = "FILE", required = true, value_hint = ValueHint::FilePath)]
+    #[arg(value_name = "FILE", required_unless_present = "list", value_hint = ValueHint::FilePath)]
     pub(crate) files: Vec<PathBuf>,
-    /// Everything that is otherwise a warning is an error
-    #[arg(long)]
-    pub(crate) strict: bool,
-    /// Leave findings of this code out; may be given several times
-    #[arg(long, value_name = "CODE")]
-    pub(crate) ignore: Vec<String>,
+    #[command(flatten)]
+    pub(crate) rules: RuleArgs,
+    /// Show the codes that would be looked for, and no file
+    #[arg(long, conflicts_with_all = ["files", "json"])]
+    pub(crate) list: bool,
     /// As JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Refuse files larger than this many bytes (64K, 512M, 4G)
-    #[arg(long, value_name = "BYTES", default_value = "4G", value_parser = args::byte_count)]
-    pub(crate) max_file_size: u64,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+/// Which findings are shown, and how bad they are.
+#[derive(Debug, Args)]
+pub(crate) struct RuleArgs {
+    /// Everything that is otherwise a warning is an error
+    #[arg(long)]
+    strict: bool,
+    /// Show only these findings
+    #[arg(long, value_name = "CODE,…", value_delimiter = ',', value_parser = CodeParser, hide_possible_values = true)]
+    only: Vec<CodePattern>,
+    /// Leave these findings out
+    #[arg(long, value_name = "CODE,…", value_delimiter = ',', value_parser = CodeParser, hide_possible_values = true)]
+    ignore: Vec<CodePattern>,
+    /// These findings are errors
+    #[arg(long, value_name = "CODE,…", value_delimiter = ',', value_parser = CodeParser, hide_possible_values = true)]
+    error: Vec<CodePattern>,
+    /// These findings are warnings
+    #[arg(long, value_name = "CODE,…", value_delimiter = ',', value_parser = CodeParser, hide_possible_values = true)]
+    warning: Vec<CodePattern>,
+    /// These findings are only for information
+    #[arg(long, value_name = "CODE,…", value_delimiter = ',', value_parser = CodeParser, hide_possible_values = true)]
+    info: Vec<CodePattern>,
+}
+
+impl RuleArgs {
+    pub(crate) fn rules(&self) -> Rules {
+        let kinds = [(&self.error, Severity::Error), (&self.warning, Severity::Warning), (&self.info, Severity::Info)];
+        let severities =
+            kinds.into_iter().flat_map(|(patterns, severity)| patterns.iter().map(move |p| (*p, severity)));
+        Rules {
+            only: self.only.clone(),
+            ignore: self.ignore.clone(),
+            severities: severities.collect(),
+            strict: self.strict,
+        }
+    }
 }
 
 const FMT_EXAMPLES: &str = "\
@@ -392,9 +476,8 @@ pub(crate) struct FmtArgs {
     /// Change nothing; exit with 1 if a file is not canonical
     #[arg(long)]
     pub(crate) check: bool,
-    /// Refuse files larger than this many bytes (64K, 512M, 4G)
-    #[arg(long, value_name = "BYTES", default_value = "4G", value_parser = args::byte_count)]
-    pub(crate) max_file_size: u64,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
 }
 
 const COMPLETIONS_EXAMPLES: &str = "\
@@ -413,10 +496,45 @@ pub(crate) struct CompletionsArgs {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
+    use aam::{Limit, Limits};
+    use clap::{CommandFactory, Parser};
+
+    use super::{Cli, Verb};
 
     #[test]
     fn arguments_are_consistent() {
-        super::Cli::command().debug_assert();
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn limits_are_the_same_everywhere_and_their_defaults_those_of_the_library() {
+        for words in [
+            &["aam", "info", "a"][..],
+            &["aam", "convert", "a"],
+            &["aam", "render", "a", "-o", "b"],
+            &["aam", "view", "a"],
+            &["aam", "check", "a"],
+            &["aam", "fmt", "a"],
+        ] {
+            let limits = |more: &[&str]| {
+                let words: Vec<&str> = words.iter().chain(more).copied().collect();
+                match Cli::try_parse_from(words).expect("arguments").verb {
+                    Verb::Convert(args) => args.read.limits.limits(),
+                    Verb::Render(args) => args.read.limits.limits(),
+                    Verb::View(args) => args.read.limits.limits(),
+                    Verb::Info(args) => args.read.limits.limits(),
+                    Verb::Check(args) => args.limits.limits(),
+                    Verb::Fmt(args) => args.limits.limits(),
+                    Verb::Completions(_) => unreachable!("it reads nothing"),
+                }
+            };
+            assert_eq!(limits(&[]), Limits::DEFAULT, "{words:?}");
+            for limit in Limit::ALL {
+                let changed = limits(&[limit.option(), "7"]);
+                assert_eq!(changed.of(limit), 7, "{words:?} {}", limit.option());
+                let others = Limit::ALL.into_iter().filter(|other| *other != limit);
+                assert!(others.into_iter().all(|other| changed.of(other) == Limits::DEFAULT.of(other)));
+            }
+        }
     }
 }

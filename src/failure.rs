@@ -5,6 +5,7 @@ use std::io;
 use std::path::Path;
 
 use aam::FileError;
+use aam::check::code_info;
 use aam_convert::ConvertError;
 use aam_scene::SceneFileError;
 
@@ -100,7 +101,14 @@ impl From<FileError> for Failure {
         match &error {
             FileError::Open { path, source } => Self::io(path, "read", source),
             FileError::Save { path, source } => Self::io(path, "write", source),
-            FileError::Syntax { .. } => Self::new(&error).help("`aam check` lists everything that is wrong in a file"),
+            FileError::Syntax { source, .. } => {
+                let failure = Self::new(&error);
+                // A limit's message says what to do already.
+                match code_info(source.code).filter(|info| !info.code.starts_with("limit/")) {
+                    Some(info) => failure.help(info.remedy),
+                    None => failure,
+                }
+            }
             FileError::TooLarge { .. } | FileError::Unwritable { .. } => Self::new(error),
         }
     }

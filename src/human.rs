@@ -1,5 +1,6 @@
 //! Sizes, times and counts for people.
 
+use std::path::Path;
 use std::time::Duration;
 
 /// `1.5 MB`: decimal units, three digits.
@@ -55,6 +56,11 @@ pub(crate) fn count(value: usize) -> String {
 /// `1 texture`, `3 textures`.
 pub(crate) fn plural(value: usize, noun: &str) -> String {
     format!("{} {noun}{}", count(value), if value == 1 { "" } else { "s" })
+}
+
+/// A path as JSON, which has no bytes that are not text.
+pub(crate) fn json_path<S: serde::Serializer>(path: impl AsRef<Path>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&path.as_ref().display())
 }
 
 #[cfg(test)]

@@ -4,11 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use aam::{Document, Finding};
+use aam::{Document, Finding, Limits};
 use aam_convert::{Asset, Format, ImportOptions, Progress};
-use aam_scene::{
-    BuildOptions, Built, Camera, FolderTextures, FoundTexture, Scene, SceneFile, Shading, TextureLimits, TextureSource,
-};
+use aam_scene::{BuildOptions, Built, Camera, FolderTextures, FoundTexture, Scene, SceneFile, Shading, TextureSource};
 
 use crate::cli::{Axis, ReadArgs};
 use crate::failure::Failure;
@@ -52,8 +50,7 @@ pub(crate) fn import_options(args: &ReadArgs) -> ImportOptions {
             Axis::Y => aam_scene::Up::Y,
             Axis::Z => aam_scene::Up::Z,
         }),
-        max_file_size: args.max_file_size,
-        max_texture_pixels: args.max_texture_pixels,
+        limits: args.limits.limits(),
         ..ImportOptions::default()
     }
 }
@@ -171,7 +168,7 @@ impl<'a> Textures<'a> {
     pub(crate) fn new(asset: &'a Asset, path: &Path, args: &ReadArgs) -> Self {
         let mut folder = FolderTextures::beside(path);
         folder.allow_outside = args.allow_outside;
-        folder.limits = TextureLimits { max_pixels: args.max_texture_pixels, max_file_size: args.max_file_size };
+        folder.limits = args.limits.limits();
         Self { asset, folder }
     }
 }
@@ -181,7 +178,7 @@ impl TextureSource for Textures<'_> {
         self.asset.find(name).or_else(|_| self.folder.find(name))
     }
 
-    fn limits(&self) -> TextureLimits {
+    fn limits(&self) -> Limits {
         self.folder.limits()
     }
 }

@@ -28,6 +28,16 @@ fn slips_are_guessed() {
     assert!(folder.aam(&["covnert", "x.gltf"]).fails(2).err.contains("convert"));
     assert!(folder.aam(&["convert", "x.gltf", "--hierachy"]).fails(2).err.contains("--hierarchy"));
     assert!(folder.aam(&["render", "x.aam", "-o", "x.png", "--engine", "refrence"]).fails(2).err.contains("reference"));
+    // Values that are no fixed list.
+    folder.write("a.aam", SQUARE);
+    folder.copy_fixture("crate.glb");
+    let render = ["render", "a.aam", "-o", "x.png", "--size", "8x8", "--engine", "reference"];
+    folder.aam(&[&render[..], &["--view", "frnot"]].concat()).fails(2).says("did you mean front?");
+    folder.aam(&[&render[..], &["--background", "grene"]].concat()).fails(2).says("did you mean green?");
+    image::RgbImage::new(4, 4).save(folder.path("light.png")).expect("a picture");
+    let convert = ["convert", "crate.glb", "--light-map", "Flor Tiles=light.png"];
+    folder.aam(&convert).fails(2).says("did you mean \"Floor Tiles\"?");
+    assert!(!folder.has("x.png") && !folder.has("crate.aam"));
 }
 
 #[test]
@@ -47,6 +57,7 @@ fn numbers_beyond_reason_are_refused() {
         ("--frame", "nan"),
         ("--fps", "0"),
         ("--max-file-size", "999999999999T"),
+        ("--max-objects", "0"),
         ("--background", "#12345"),
     ] {
         let failure = folder.aam(&[&render[..], &[option, value]].concat()).fails(2);
@@ -166,6 +177,81 @@ fn check_prints_json() {
 }
 
 #[test]
+fn check_shows_the_line_of_each_finding() {
+    let folder = Folder::new();
+    folder.write("odd.aam", &SQUARE.replace("Tr: 0.0", "Tr: 3.0").replace("MatID: 0", "MatID: 7"));
+    let shown = folder.aam(&["check", "odd.aam"]).fails(1);
+    shown.says(
+        "odd.aam:3:1: warning[material/transparency-range]: material 0 \"m\": Tr is 3, not from 0 to 1\n    | Mat# 0\n    | ^\n",
+    );
+    shown.says("    |  Obj: 0 square\n    |  ^\n");
+    folder.write("slip.aam", &SQUARE.replace("MatID: 0", "MadID: 0"));
+    let slip = folder.aam(&["check", "slip.aam"]).fails(1);
+    slip.says("`MadID:` is unknown; did you mean `MatID:`").says("    |  MadID: 0\n    |  ^\n");
+    slip.says("1 error, no warnings; nothing else could be checked");
+    folder.aam(&["info", "slip.aam"]).fails(2).says("did you mean `MatID:`").says("Write the tag as the message shows");
+}
+
+#[test]
+fn check_shows_what_is_asked_for_with_the_severity_that_is_asked_for() {
+    let folder = Folder::new();
+    folder.write("odd.aam", &SQUARE.replace("Tr: 0.0", "Tr: 3.0").replace("MatID: 0", "MatID: 7"));
+    folder.write("broken.aam", "MATERIALS\nMatCount: x\n");
+    let findings = |code: i32, options: &[&str]| -> Vec<String> {
+        let json = folder.aam(&[&["check", "odd.aam", "--json"], options].concat()).ends_with(code).json();
+        let list = json[0]["findings"].as_array().expect("a list").clone();
+        list.iter().map(|f| format!("{} {}", f["severity"], f["code"]).replace('"', "")).collect()
+    };
+    let (tr, unused, missing) = ("material/transparency-range", "material/unused", "object/material-missing");
+    let all = [format!("info {unused}"), format!("warning {tr}"), format!("error {missing}")];
+    assert_eq!(findings(1, &[]), all);
+    assert_eq!(findings(0, &["--only", "material"]), all[..2]);
+    assert_eq!(findings(0, &["--only", &format!("{tr},{unused}"), "--ignore", unused]), all[1..2]);
+    assert_eq!(findings(0, &["--ignore", missing]), all[..2]);
+    assert_eq!(findings(0, &["--ignore", "material/*", "--info", "object"]), [format!("info {missing}")]);
+    let raised = [format!("error {unused}"), format!("error {tr}"), format!("info {missing}")];
+    assert_eq!(findings(1, &["--error", "material", "--info", missing]), raised, "the code follows the severity");
+    assert_eq!(findings(0, &["--strict", "--warning", tr, "--ignore", "object"]), all[..2]);
+    assert_eq!(findings(1, &["--strict", "--ignore", "object"])[1], format!("error {tr}"));
+    for options in [["--ignore", "syntax"], ["--info", "syntax/expected"], ["--only", "physics"]] {
+        let broken = folder.aam(&[&["check", "broken.aam"], &options[..]].concat()).fails(1);
+        broken.says("error[syntax/expected]");
+    }
+    for option in ["--only", "--ignore", "--error", "--warning", "--info"] {
+        let slip = folder.aam(&["check", "odd.aam", option, "material/transparency"]).fails(2);
+        slip.says(option).says("there is no such finding");
+        folder.aam(&["check", "odd.aam", option, "matreial"]).fails(2).says("did you mean material?");
+    }
+    folder.aam(&["check", "odd.aam", "--error", tr, "--info", tr]).fails(2).says("two severities");
+}
+
+#[test]
+fn check_lists_its_codes() {
+    let folder = Folder::new();
+    let all = folder.aam(&["check", "--list"]).succeeds();
+    assert_eq!(all.out.lines().count(), aam::check::CODES.len());
+    let some = folder.aam(&["check", "--list", "--only", "limit", "--warning", "limit/nesting"]).succeeds();
+    assert!(some.out.lines().all(|line| line.contains("limit/")), "{}", some.out);
+    some.says("warning  limit/nesting").says("error    limit/objects");
+    folder.aam(&["check"]).fails(2).says("FILE");
+    folder.aam(&["check", "--list", "a.aam"]).fails(2);
+}
+
+#[test]
+fn check_sees_what_textures_are() {
+    let folder = Folder::new();
+    let texture = "Tx: Y\n{\nFN: a.png\nFi: PYRAMIDAL\nIn: 1\nUA: 0\nVA: 0\nWA: 0\nUO: 0\nVO: 0\nUT: 1\nVT: 1\n}";
+    folder.write("a.aam", &SQUARE.replace("Tx: N", texture));
+    image::RgbImage::new(40, 30).save(folder.path("a.png")).expect("a picture");
+    let clean = folder.aam(&["check", "a.aam", "--only", "texture"]).succeeds();
+    assert!(!clean.out.contains("warning["), "{}", clean.out);
+    let limited = folder.aam(&["check", "a.aam", "--max-texture-pixels", "1000"]).succeeds();
+    limited.says("warning[texture/unreadable]: texture \"a.png\": 40 × 30 = 1200 pixels are more than the limit of 1000; raise it with --max-texture-pixels");
+    folder.write("a.png", "not a picture");
+    folder.aam(&["check", "a.aam", "--error", "texture/unreadable"]).fails(1).says("error[texture/unreadable]");
+}
+
+#[test]
 fn check_sees_that_textures_are_missing() {
     let folder = Folder::new();
     let texture = "Tx: Y\n{\nFN: nothing.png\nFi: PYRAMIDAL\nIn: 1\nUA: 0\nVA: 0\nWA: 0\nUO: 0\nVO: 0\nUT: 1\nVT: 1\n}";
@@ -218,6 +304,71 @@ fn fmt_keeps_links_and_modes() {
     assert!(folder.path("link.aam").symlink_metadata().expect("a link").is_symlink());
     assert!(!folder.read("real.aam").contains(&b'\r'));
     assert_eq!(folder.path("real.aam").metadata().expect("a file").permissions().mode() & 0o777, 0o640);
+}
+
+// ---- limits -----------------------------------------------------------------------------------------------------
+
+#[test]
+fn limits_name_what_was_found_and_the_option_that_raises_them() {
+    let folder = Folder::new();
+    folder.write("a.aam", SQUARE);
+    let deep = "\tName: m\n\tClass: Multi\n\tNSubs: 1\n\tSub 0\n\t{\n".repeat(3);
+    let single = "\tName: m\n\tClass: Standard";
+    let nested = SQUARE.replace(single, &(deep + single)).replace("\tTS: N\n", "\tTS: N\n\t}\n\t}\n\t}\n");
+    folder.write("nested.aam", &nested);
+    folder.aam(&["check", "nested.aam"]).succeeds();
+    folder.copy_fixture("crate.glb");
+    let square_and = |more: &str| SQUARE.replace("NObj: 1", "NObj: 2").replace("\n}\nENDGEOMETRY", more);
+    let second = "\n\tObj: 1 b\n\tPar: -1\n\t{\n\tMatID: 0\n\tV_List: 0\n\t}\n}\nENDGEOMETRY";
+    folder.write("two.aam", &square_and(second));
+    folder.aam(&["check", "two.aam"]).succeeds();
+    folder.copy_fixture("multiframe.aam");
+    folder.copy_fixture("crate.obj");
+    for (file, option, low, found) in [
+        ("a.aam", "--max-file-size", "100", "bytes are more than the limit of 100"),
+        ("two.aam", "--max-objects", "1", "2 objects over all frames are more than the limit of 1"),
+        ("a.aam", "--max-vertices", "3", "4 vertices over all frames are more than the limit of 3"),
+        ("a.aam", "--max-triangles", "1", "2 triangles are more than the limit of 1"),
+        ("multiframe.aam", "--max-frames", "2", "frames are more than the limit of 2"),
+        ("nested.aam", "--max-nesting", "2", "3 levels of Multi materials are more than the limit of 2"),
+        ("crate.glb", "--max-file-size", "100", "bytes are more than the limit of 100"),
+        ("crate.glb", "--max-vertices", "3", "vertices over all frames are more than the limit of 3"),
+        ("crate.glb", "--max-triangles", "1", "triangles are more than the limit of 1"),
+        ("crate.obj", "--max-vertices", "3", "vertices over all frames are more than the limit of 3"),
+    ] {
+        for verb in [&["info"][..], &["convert", "-o", "out.aam"], &["render", "-o", "out.png"], &["check"], &["fmt"]] {
+            if !file.ends_with(".aam") && ["check", "fmt"].contains(&verb[0]) {
+                continue;
+            }
+            let code = if verb == ["check"] && option != "--max-file-size" { 1 } else { 2 };
+            let before = folder.read(file);
+            let refused = folder.aam(&[verb, &[file, option, low]].concat()).fails(code);
+            refused.says(file).says(found).says(&format!("raise it with {option}"));
+            assert!(before == folder.read(file) && !folder.has("out.aam") && !folder.has("out.png"), "{verb:?} {file}");
+        }
+    }
+    folder.aam(&["info", "nested.aam", "--max-nesting", "3"]).succeeds();
+    for (option, value) in
+        [("--max-objects", "0"), ("--max-nesting", "1000"), ("--max-vertices", "-1"), ("--max-frames", "x")]
+    {
+        folder.aam(&["info", "a.aam", &format!("{option}={value}")]).fails(2).says(option);
+    }
+    let huge = folder.path("huge.aam");
+    fs::File::create(&huge).and_then(|file| file.set_len(5 << 30)).expect("a sparse file");
+    folder.aam(&["check", "huge.aam"]).fails(2).says("5368709120 bytes are more than the limit of 4294967296");
+}
+
+#[test]
+fn limits_are_documented() {
+    let read =
+        |name: &str| fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).expect(name);
+    let (readme, format) = (read("README.md"), read("docs/format.md"));
+    for limit in aam::Limit::ALL {
+        assert!(readme.contains(limit.option()), "README.md lacks {}", limit.option());
+        let default = aam::Limits::DEFAULT.of(limit);
+        let row = format!("| `{}` | {default} |", limit.option());
+        assert!(format.contains(&row), "docs/format.md lacks {row}");
+    }
 }
 
 // ---- info -------------------------------------------------------------------------------------------------------

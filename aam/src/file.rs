@@ -4,7 +4,9 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use crate::{Document, ReadError, ReadOptions, ReadOutcome, WriteError, WriteOptions, read, write};
+use crate::{
+    Document, Limit, LimitExceeded, Limits, ReadError, ReadOptions, ReadOutcome, WriteError, WriteOptions, read, write,
+};
 
 /// Why a file could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -18,14 +20,12 @@ pub enum FileError {
         source: io::Error,
     },
     /// The file is larger than the limit.
-    #[error("{}: {size} bytes are more than the limit of {limit}; raise it with --max-file-size", path.display())]
+    #[error("{}: {exceeded}", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its size in bytes.
-        size: u64,
-        /// The limit in bytes.
-        limit: u64,
+        /// Its size in bytes and the limit.
+        exceeded: LimitExceeded,
     },
     /// The file is not a readable AAM document.
     #[error("{}:{source}", path.display())]
@@ -53,27 +53,27 @@ pub enum FileError {
     },
 }
 
-/// The bytes of a file no larger than `limit`.
+/// The bytes of a file no larger than [`Limits::file_size`].
 ///
 /// # Errors
 /// [`FileError::Open`] or [`FileError::TooLarge`].
-pub fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
+pub fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, FileError> {
     let open = |source| FileError::Open { path: path.to_owned(), source };
     let file = File::open(path).map_err(open)?;
     let meta = file.metadata().map_err(open)?;
     if meta.is_dir() {
         return Err(open(io::Error::other("it is a folder")));
     }
-    let too_large = |size| FileError::TooLarge { path: path.to_owned(), size, limit };
-    if meta.len() > limit {
-        return Err(too_large(meta.len()));
-    }
+    let check = |size| {
+        let too_large = |exceeded| FileError::TooLarge { path: path.to_owned(), exceeded };
+        limits.check(Limit::FileSize, size).map_err(too_large)
+    };
+    check(meta.len())?;
     let mut bytes = Vec::new();
-    bytes.try_reserve_exact(usize::try_from(meta.len()).unwrap_or(0)).map_err(|_| too_large(meta.len()))?;
-    file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(open)?;
-    if bytes.len() as u64 > limit {
-        return Err(too_large(bytes.len() as u64));
-    }
+    let no_memory = |_| open(io::Error::other(format!("there is no memory for its {} bytes", meta.len())));
+    bytes.try_reserve_exact(usize::try_from(meta.len()).unwrap_or(0)).map_err(no_memory)?;
+    file.take(limits.file_size.saturating_add(1)).read_to_end(&mut bytes).map_err(open)?;
+    check(bytes.len() as u64)?;
     Ok(bytes)
 }
 
@@ -82,7 +82,7 @@ pub fn read_bytes(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
 /// # Errors
 /// Any [`FileError`] of reading.
 pub fn read_file(path: &Path, options: &ReadOptions) -> Result<ReadOutcome, FileError> {
-    let bytes = read_bytes(path, options.max_file_size)?;
+    let bytes = read_bytes(path, &options.limits)?;
     read(&bytes, options).map_err(|source| FileError::Syntax { path: path.to_owned(), source: Box::new(source) })
 }
 

@@ -1,216 +1,32 @@
 //! Every code of the table is given by a file that deserves it, and by no clean file.
 
+mod sources;
+
 use std::collections::BTreeSet;
+use std::str::FromStr;
 
-use aam::check::CODES;
-use aam::{Finding, ReadOptions, check, read};
+use aam::check::{CODES, CodePattern, Rules, groups};
+use aam::{Excerpt, Finding, Limits, Position, ReadOptions, Severity, check, read};
 
-/// A character with everything in it; no finding at all.
-const CLEAN: &str = "\
-AAM_CHARACTER
-MATERIALS
-MatCount: 2
-Mat# 0
-{
-	Name: skin
-	Class: Standard
-	Am: 0.5 0.5 0.5
-	Di: 0.5 0.5 0.5
-	Sp: 0.0 0.0 0.0
-	Tr: 0.0
-	Sh: 0.25
-	SI: 0.0 0.0 0.0
-	Tx: Y
-	{
-		FN: skin.png
-		Fi: PYRAMIDAL
-		In: 1.0
-		UA: 0.0
-		VA: 0.0
-		WA: 0.0
-		UO: 0.0
-		VO: 0.0
-		UT: 1.0
-		VT: 1.0
-	}
-	TS: N
-	AC: 0.5
-}
-Mat# 1
-{
-	Name: both
-	Class: Multi
-	NSubs: 2
-	Sub 0
-	{
-		Name: a
-		Class: Standard
-		Am: 0.5 0.5 0.5
-		Di: 0.5 0.5 0.5
-		Sp: 0.0 0.0 0.0
-		Tr: 0.0
-		Sh: 0.0
-		Tx: N
-		TS: N
-	}
-	Sub 1
-	{
-		Name: b
-		Class: Standard
-		Am: 0.5 0.5 0.5
-		Di: 0.5 0.5 0.5
-		Sp: 0.0 0.0 0.0
-		Tr: 0.0
-		Sh: 0.0
-		Tx: N
-		TS: N
-	}
-}
-ENDMATERIALS
-GEOMETRY SmGEnabled
-NObj: 2
-NFrames: 11
-Animation_mode: Keyframe
-FPS: 25.0
-Frame: 0
-{
-	Obj: 0 arm
-	Par: -1
-	{
-	Piv: 0 0 0 0 0 0 0
-	Mir: 0
-	TM: 1 0 0 0 1 0 0 0 1 0 0 0 1 1 1
-	MatID: 0
-	V_List: 4
-		0 0 0
-		1 0 0
-		0 1 0
-		0 0 1
-	SKIN: Y
-		0 1 0 1.0
-		1 1 0 1.0
-		2 1 1 1.0
-		3 2 0 0.5 1 0.5
-	C_List: 4
-		1 1 1
-		1 1 1
-		1 1 1
-		1 1 1
-	TV_List: 3
-		0 0
-		1 0
-		0 1
-	N_List: 1
-		0 0 1
-	I_List: 4 1
-		NEWGROUP: 0
-		I: 0 2 1 1
-		NI: 0 0 0
-		TI: 0 1 2
-		I: 0 1 3 1
-		NI: 0 0 0
-		TI: 0 1 2
-		I: 1 2 3 1
-		NI: 0 0 0
-		TI: 0 1 2
-		I: 0 3 2 1
-		NI: 0 0 0
-		TI: 0 1 2
-		ENDGROUP
-	Anim_Ctrl: Y
-		RtSam: 2
-			0 0 0 1 0.5
-			10 0 0 1 1.5
-		PsSam: 1
-			0 0 0 0
-	}
-	Obj: 1 hand
-	Par: 0
-	{
-	Piv: 0 0 0 0 0 0 0
-	Mir: 0
-	TM: 1 0 0 0 1 0 0 0 1 0 0 0 1 1 1
-	MatID: 1
-	V_List: 3
-		2 0 0
-		3 0 0
-		2 1 0
-	TV_List: 0
-	I_List: 1 1
-		NEWGROUP: 1
-		I: 0 1 2 1
-		ENDGROUP
-	Anim_Ctrl: N
-	}
-}
-ENDGEOMETRY
-PHYSICS
-NBody: 2
-Body: 0 arm
-{
-	Mode: Dynamic
-	SF: 0.5
-	DF: 0.5
-	Re: 0.0
-	Ma: 1.0
-	NPrim: 1
-		Sphere: 0 0 0 1
-	NConvex: 1
-	Convex: 0
-	{
-		V_List: 4
-			0 0 0
-			1 0 0
-			0 1 0
-			0 0 1
-		I_List: 4
-			I: 0 2 1
-			I: 0 1 3
-			I: 1 2 3
-			I: 0 3 2
-	}
-}
-Body: 1 hand
-{
-	Mode: Static
-	SF: 0.5
-	DF: 0.5
-	Re: 0.0
-}
-ENDPHYSICS
-";
+use sources::{CLEAN, MULTIFRAME, TEXTURE, changed, nested};
 
 /// All findings of a source, a refusal to read included.
-fn findings(source: &str) -> Vec<Finding> {
-    match read(source.as_bytes(), &ReadOptions::default()) {
+fn findings(source: &str, limits: Limits) -> Vec<Finding> {
+    match read(source.as_bytes(), &ReadOptions { limits, ..ReadOptions::default() }) {
         Ok(outcome) => {
             let mut findings = outcome.findings;
             findings.extend(check(&outcome.document, Some((source.as_bytes(), &outcome.places))));
             findings
         }
-        Err(error) => vec![Finding {
-            code: error.code,
-            severity: aam::Severity::Error,
-            position: Some(error.position),
-            subject: String::new(),
-            message: error.message,
-        }],
+        Err(error) => vec![error.into()],
     }
 }
 
 #[test]
 fn a_clean_file_has_no_findings() {
-    assert_eq!(findings(CLEAN), []);
+    assert_eq!(findings(CLEAN, Limits::default()), []);
     let strict = ReadOptions { strict: true, ..ReadOptions::default() };
     read(CLEAN.as_bytes(), &strict).unwrap_or_else(|error| panic!("{error}"));
-}
-
-fn nested(depth: usize) -> String {
-    let mut text = String::new();
-    for _ in 0..depth {
-        text.push_str("Name: m\nClass: Multi\nNSubs: 1\nSub 0\n{\n");
-    }
-    text
 }
 
 /// What to change in the clean file to get a finding.
@@ -234,12 +50,12 @@ fn provocations() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
             format!("{:.6} {:.6} 0\n", angle.cos(), angle.sin())
         })
         .collect();
-    let texture = "{\nFN: n.png\nFi: PYRAMIDAL\nIn: 1\nUA: 0\nVA: 0\nWA: 0\nUO: 0\nVO: 0\nUT: 1\nVT: 1\n}\n";
     vec![
         one("syntax/expected", "MatCount: 2", "MatCount: two"),
         one("syntax/tag-order", "Tr: 0.0\n\tSh: 0.25", "Sh: 0.25\n\tTr: 0.0"),
         one("syntax/tag-case", "MatID: 0", "MatId: 0"),
         one("syntax/unknown-tag", "\tMatID: 0", "\tMadID: 3\n\tMatID: 0"),
+        one("syntax/misspelt-tag", "\tMatID: 0", "\tMadID: 0"),
         (
             "syntax/unknown-list",
             vec![("AAM_CHARACTER", "BINARY\nAAM_CHARACTER".into()), ("\tV_List: 4", "\tX_List: 4\n\tV_List: 4".into())],
@@ -276,10 +92,10 @@ fn provocations() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
         one("material/transparency-range", "Tr: 0.0\n\tSh: 0.25", "Tr: 2.0\n\tSh: 0.25"),
         one("material/shininess", "Sh: 0.25", "Sh: 100.0"),
         one("material/alpha-cutoff-range", "AC: 0.5", "AC: 5"),
-        ("material/light-and-normal-map", vec![("\tTS: N\n\tAC", format!("\tTS: Y\n{texture}\tTN: Y\n{texture}\tAC"))]),
+        ("material/light-and-normal-map", vec![("\tTS: N\n\tAC", format!("\tTS: Y\n{TEXTURE}\tTN: Y\n{TEXTURE}\tAC"))]),
         (
             "material/displacement-without-shading-map",
-            vec![("\tTS: N\n\tAC", format!("\tTS: N\n\tTD: Y\n{texture}\tAC"))],
+            vec![("\tTS: N\n\tAC", format!("\tTS: N\n\tTD: Y\n{TEXTURE}\tAC"))],
         ),
         one("material/unused", "MatID: 0", "MatID: -1"),
         one("texture/empty-name", "FN: skin.png", "FN:"),
@@ -296,7 +112,7 @@ fn provocations() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
         one("geometry/tessellation", "\tV_List: 3", "\tTF: 0\n\tBI: 0\n\tSC: 1\n\tV_List: 3"),
         one("geometry/large-tessellation", "\tV_List: 3", "\tTF: 100\n\tBI: 0\n\tSC: 1\n\tV_List: 3"),
         one("geometry/displacement-without-map", "\tV_List: 3", "\tTF: 2\n\tBI: 0\n\tSC: 1\n\tV_List: 3"),
-        ("geometry/map-without-displacement", vec![("\tTS: N\n\tAC", format!("\tTS: N\n\tTD: Y\n{texture}\tAC"))]),
+        ("geometry/map-without-displacement", vec![("\tTS: N\n\tAC", format!("\tTS: N\n\tTD: Y\n{TEXTURE}\tAC"))]),
         (
             "geometry/displaced-hard-edges",
             vec![
@@ -354,21 +170,30 @@ fn provocations() -> Vec<(&'static str, Vec<(&'static str, String)>)> {
     ]
 }
 
-/// A later frame with its objects in another order needs a multiframe file.
-const MULTIFRAME: &str = "MATERIALS\nMatCount: 0\nENDMATERIALS\nGEOMETRY\nNObj: 2\nNFrames: 2\nAnimation_mode: Full\n\
-Frame: 0\n{\nObj: 0 a\nPar: -1\n{\nMatID: -1\nV_List: 0\n}\nObj: 1 b\nPar: -1\n{\nMatID: -1\nV_List: 0\n}\n}\n\
-Frame: 1\n{\nObj: 1 b\nPar: -1\n{\nMatID: -1\nV_List: 0\n}\nObj: 0 a\nPar: -1\n{\nMatID: -1\nV_List: 0\n}\n}\nENDGEOMETRY\n";
+/// For each code a source that deserves it, and the limits to read it with.
+fn provoking() -> Vec<(&'static str, String, Limits)> {
+    let standard = Limits::default();
+    let from_clean = provocations().into_iter().map(|(code, changes)| {
+        let source = changes.iter().fold(CLEAN.to_owned(), |source, (from, to)| changed(&source, from, to));
+        (code, source, standard)
+    });
+    let (first, second) = MULTIFRAME.split_at(MULTIFRAME.find("Frame: 1").expect("a second frame"));
+    let swapped = second.replacen("Obj: 0 a", "Obj: x", 1).replacen("Obj: 1 b", "Obj: 0 a", 1);
+    let others = [
+        ("animation/object-order", format!("{first}{}", swapped.replacen("Obj: x", "Obj: 1 b", 1)), standard),
+        ("limit/objects", MULTIFRAME.into(), Limits { objects: 3, ..standard }),
+        ("limit/vertices", CLEAN.into(), Limits { vertices: 10, ..standard }),
+        ("limit/triangles", CLEAN.into(), Limits { triangles: 8, ..standard }),
+        ("limit/frames", MULTIFRAME.into(), Limits { frames: 1, ..standard }),
+    ];
+    from_clean.chain(others).collect()
+}
 
 #[test]
 fn every_code_is_given_by_a_file_that_deserves_it() {
     let mut provoked = BTreeSet::new();
-    for (code, changes) in provocations() {
-        let mut source = CLEAN.to_owned();
-        for (from, to) in &changes {
-            assert!(source.contains(from), "{code}: the clean file has no {from:?}");
-            source = source.replacen(from, to, 1);
-        }
-        let found = findings(&source);
+    for (code, source, limits) in provoking() {
+        let found = findings(&source, limits);
         let hit = found.iter().find(|finding| finding.code == code);
         let hit = hit.unwrap_or_else(|| panic!("{code} is not among {found:#?}"));
         let info = CODES.iter().find(|info| info.code == code).expect("a code of the table");
@@ -377,8 +202,6 @@ fn every_code_is_given_by_a_file_that_deserves_it() {
         assert!(!hit.message.is_empty());
         provoked.insert(code);
     }
-    assert!(findings(MULTIFRAME).iter().any(|finding| finding.code == "animation/object-order"));
-    provoked.insert("animation/object-order");
     // These need the file system and are given by the command.
     provoked.extend(["texture/missing", "texture/unreadable"]);
     let all: BTreeSet<&str> = CODES.iter().map(|info| info.code).collect();
@@ -386,11 +209,102 @@ fn every_code_is_given_by_a_file_that_deserves_it() {
     assert_eq!(provoked, all, "codes without a provocation");
 }
 
+/// Each finding as `aam check` shows it but for the file's name: the place, the sentence, the line with a marker.
+#[test]
+fn the_texts_of_findings_are_as_recorded() {
+    let provoking = provoking();
+    for group in groups() {
+        let mut texts = String::new();
+        for (code, source, limits) in provoking.iter().filter(|(code, ..)| code.split('/').next() == Some(group)) {
+            let found = findings(source, *limits);
+            let hit = found.iter().find(|finding| finding.code == *code).expect("it was provoked");
+            texts.push_str(&format!("{hit}\n"));
+            if let Some(position) = hit.position {
+                let offset = Position::walk(source.as_bytes()).offset(position);
+                texts.push_str(&format!("{}\n", Excerpt::at(source.as_bytes(), offset)));
+            }
+        }
+        insta::with_settings!({ omit_expression => true }, { insta::assert_snapshot!(group, texts) });
+    }
+}
+
+fn pattern(text: &str) -> CodePattern {
+    text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+#[test]
+fn codes_and_groups_are_named_and_slips_are_guessed() {
+    assert!(pattern("material/shininess").matches("material/shininess"));
+    assert!(!pattern("material/shininess").matches("material/number"));
+    for group in ["material", "material/", "material/*"] {
+        assert!(pattern(group).matches("material/number") && !pattern(group).matches("texture/missing"), "{group}");
+    }
+    for (wrong, near) in [
+        ("material/shinyness", Some("material/shininess")),
+        ("matreial", Some("material")),
+        ("Texture/Missing", Some("texture/missing")),
+        ("unknown-tag", Some("syntax/unknown-tag")),
+        ("skin-weight", Some("geometry/skin-weights")),
+        ("", None),
+        ("no/such", None),
+        ("*", None),
+    ] {
+        let error = CodePattern::from_str(wrong).expect_err(wrong);
+        assert_eq!(error.near, near, "{wrong}");
+    }
+    assert_eq!(
+        CodePattern::from_str("no/such").expect_err("unknown").to_string(),
+        "there is no such finding; groups of findings are syntax, count, value, limit, object, material, texture, geometry, animation, transform, physics"
+    );
+}
+
+#[test]
+fn rules_choose_findings_and_set_their_severity() {
+    let source = changed(&changed(CLEAN, "MatID: 0", "MatID: 2"), "Sh: 0.25", "Sh: 100.0");
+    let found = |rules: &Rules| {
+        let mut found = findings(&source, Limits::default());
+        rules.apply(&mut found);
+        found.iter().map(|finding| (finding.code, finding.severity)).collect::<Vec<_>>()
+    };
+    let (missing, shininess, unused) = ("object/material-missing", "material/shininess", "material/unused");
+    let (error, warning, info) = (Severity::Error, Severity::Warning, Severity::Info);
+    let all = Rules::default();
+    assert_eq!(found(&all), [(unused, info), (shininess, warning), (missing, error)]);
+    assert_eq!(
+        found(&Rules { only: vec![pattern("material")], ..all.clone() }),
+        [(unused, info), (shininess, warning)]
+    );
+    assert_eq!(found(&Rules { ignore: vec![pattern("material")], ..all.clone() }), [(missing, error)]);
+    let both = Rules { only: vec![pattern("material")], ignore: vec![pattern(unused)], ..all.clone() };
+    assert_eq!(found(&both), [(shininess, warning)]);
+    assert_eq!(
+        found(&Rules { strict: true, ..all.clone() }),
+        [(unused, info), (shininess, error), (missing, error)],
+        "strict makes errors of warnings alone"
+    );
+    // The code counts more than its group, whichever comes first, and both more than strictness.
+    for severities in [
+        [(pattern("material"), error), (pattern(shininess), info)],
+        [(pattern(shininess), info), (pattern("material"), error)],
+    ] {
+        let rules = Rules { severities: severities.to_vec(), strict: true, ..all.clone() };
+        assert_eq!(found(&rules), [(unused, error), (shininess, info), (missing, error)]);
+        assert_eq!(rules.contradiction(), None);
+    }
+    let twice = Rules { severities: vec![(pattern("object/*"), info), (pattern("object"), warning)], ..all };
+    assert_eq!(twice.contradiction(), Some(pattern("object")));
+}
+
 #[test]
 fn the_page_of_codes_is_up_to_date() {
     let mut page = String::from(
-        "# Findings of `aam check`\n\nEvery finding has a stable code. Severity `error` makes `aam check` exit with 1; in strict mode each \
-         irregularity that the reader accepts with a warning is an error too.\n\nThis page is made from the code table; \
+        "# Findings of `aam check`\n\nEvery finding has a stable code and a severity. A finding of severity `error` makes `aam check` exit with 1.\n\n\
+         - `--only CODE,…` and `--ignore CODE,…` choose what is shown. A code may also be a group: `texture` is all of `texture/…`.\n\
+         - `--error CODE,…`, `--warning CODE,…` and `--info CODE,…` set the severity; a code counts more than its group.\n\
+         - `--strict` makes errors of all warnings whose severity is not set.\n\
+         - `--json` prints findings for programs, as [checks.schema.json](checks.schema.json) describes.\n\n\
+         An error that ends the reading (`syntax/…`, `count/…`, `limit/…` and a few of `geometry/…`) is always shown, and always an error.\n\n\
+         This page is made from the code table; \
          `UPDATE_DOCS=1 cargo test -p aam --test checks` writes it.\n",
     );
     let mut group = "";

@@ -139,7 +139,7 @@ fn errors_say_where_what_and_what_instead() {
         (
             "Sp: 0.0 0.0 0.0\n\tTr: 0.0",
             "Tr: 0.0\n\tSp: 0.0 0.0 0.0",
-            "10:2: error[syntax/tag-order]: expected `Sp:`, found `Tr:`; the order of tags is fixed\n    |  Tr: 0.0\n    |  ^",
+            "10:2: error[syntax/tag-order]: expected `Sp:`, found `Tr:`, which belongs after it\n    |  Tr: 0.0\n    |  ^",
         ),
         (
             "MatID: 0",

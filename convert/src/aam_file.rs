@@ -12,7 +12,8 @@ use crate::{Asset, ConvertError, ExportOptions, ImportOptions, TextureFile, orig
 
 /// Reads the bytes of an AAM file; its textures are those in the folder of `path`.
 pub(crate) fn import(bytes: &[u8], path: &Path, options: &ImportOptions) -> Result<Asset, ConvertError> {
-    let outcome = aam::read(bytes, &ReadOptions::default())
+    let read = ReadOptions { limits: options.limits, ..ReadOptions::default() };
+    let outcome = aam::read(bytes, &read)
         .map_err(|source| FileError::Syntax { path: path.to_owned(), source: Box::new(source) })?;
     let mut asset = Asset { document: outcome.document, ..Asset::default() };
     for finding in outcome.findings.iter().filter(|finding| finding.severity >= Severity::Warning) {

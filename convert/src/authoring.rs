@@ -150,9 +150,11 @@ fn chosen(materials: &Materials, added: &AddedLayer) -> Result<Vec<bool>, Conver
     }
     for wanted in &added.materials {
         if !names().any(|name| name == wanted) {
+            let near = aam::nearest(wanted.as_bytes(), names()).map(|name| format!("; did you mean \"{name}\"?"));
+            let near = near.unwrap_or_default();
             let known: Vec<String> = names().take(20).map(|name| format!("\"{name}\"")).collect();
             return Err(ConvertError::Option(format!(
-                "{option} is for material \"{wanted}\", which does not exist; there are {}{}",
+                "{option} is for material \"{wanted}\", which does not exist; there are {}{}{near}",
                 known.join(", "),
                 if materials.leaves().len() > 20 { " and others" } else { "" }
             )));
@@ -265,7 +267,9 @@ mod tests {
         layer.materials = vec!["wood".into(), "Wall".into()];
         let error = add_layer(&mut asset, &layer).unwrap_err().to_string();
         assert!(
-            error.ends_with("is for material \"Wall\", which does not exist; there are \"wood\", \"wall\""),
+            error.ends_with(
+                "is for material \"Wall\", which does not exist; there are \"wood\", \"wall\"; did you mean \"wall\"?"
+            ),
             "{error}"
         );
         layer.file = folder.path().join("m.mtl");

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use aam::LimitExceeded;
+
 /// Why a conversion failed. Each message says what, where, why, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum ConvertError {
@@ -35,6 +37,16 @@ pub enum ConvertError {
         feature: String,
         /// What to do instead.
         way_out: String,
+    },
+    /// The input holds more than a limit allows.
+    #[error("{}: {exceeded}{}", path.display(), way_out.map(|way_out| format!(", or {way_out}")).unwrap_or_default())]
+    Limit {
+        /// The file.
+        path: PathBuf,
+        /// What is too much, and the limit.
+        exceeded: LimitExceeded,
+        /// What to do instead of raising the limit.
+        way_out: Option<&'static str>,
     },
     /// An option does not fit the input.
     #[error("{0}")]

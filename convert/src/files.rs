@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::path::{Component, Path, PathBuf};
 
-use aam::{FileError, StagedFile, read_bytes};
+use aam::{FileError, Limits, StagedFile, read_bytes};
 
 use crate::{ConvertError, Report, TextureFile};
 
@@ -104,7 +104,9 @@ pub(crate) fn save(path: &Path, files: &Files, replace: Replace) -> Result<Vec<P
         }
         staged.push(match source {
             Source::Memory(bytes) => StagedFile::new(target, bytes)?,
-            Source::Disk(path) => StagedFile::new(target, &read_bytes(path, u64::MAX)?)?,
+            Source::Disk(path) => {
+                StagedFile::new(target, &read_bytes(path, &Limits { file_size: u64::MAX, ..Limits::DEFAULT })?)?
+            }
         });
     }
     for file in staged {

@@ -31,7 +31,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use aam::Document;
+use aam::{Document, Limits};
 use aam_scene::{Camera, FoundTexture, Light, Shading, TextureData, TextureSource, Up};
 
 use authoring::AddedLayer;
@@ -97,10 +97,8 @@ pub struct ImportOptions {
     pub allow_outside: bool,
     /// Which axis points up in formats that do not say: `None` takes +Y for OBJ, and +Z for STL and PLY.
     pub up: Option<Up>,
-    /// Largest size in bytes of any one file read. Default 4 GiB.
-    pub max_file_size: u64,
-    /// Largest number of pixels in one texture. Default 2²⁸ (16384 × 16384).
-    pub max_texture_pixels: u64,
+    /// How large files, textures and the document may be.
+    pub limits: Limits,
 }
 
 impl Default for ImportOptions {
@@ -113,8 +111,7 @@ impl Default for ImportOptions {
             keep_uvs: false,
             allow_outside: false,
             up: None,
-            max_file_size: 4 << 30,
-            max_texture_pixels: 1 << 28,
+            limits: Limits::default(),
         }
     }
 }
@@ -130,6 +127,8 @@ pub struct ExportOptions {
     pub up: Option<Up>,
     /// Replace files that exist with other content, also those that were not named.
     pub overwrite: bool,
+    /// How large texture files may be that are read to be written in another form.
+    pub limits: Limits,
 }
 
 /// Told how far a long piece of work has come.
@@ -192,7 +191,7 @@ const WRITABLE: &str = ".aam .gltf .glb .obj";
 pub fn import(path: &Path, options: &ImportOptions, progress: &dyn Progress) -> Result<Asset, ConvertError> {
     let format = readable(path)?;
     progress.stage("reading", 0);
-    let bytes = aam::read_bytes(path, options.max_file_size)?;
+    let bytes = aam::read_bytes(path, &options.limits)?;
     import_as(format, bytes, path, options, progress)
 }
 
@@ -221,16 +220,20 @@ fn import_as(
     options: &ImportOptions,
     progress: &dyn Progress,
 ) -> Result<Asset, ConvertError> {
-    match format {
-        Format::Aam => aam_file::import(&bytes, path, options),
+    let asset = match format {
+        Format::Aam => return aam_file::import(&bytes, path, options),
         Format::Gltf | Format::Glb => {
             let asset = gltf_in::import(bytes, path, options, progress)?;
-            Ok(Asset { shading: Some(Shading::Linear), ..asset })
+            return Ok(Asset { shading: Some(Shading::Linear), ..asset });
         }
-        Format::Obj => obj::import(bytes, path, options, progress),
-        Format::Stl => stl::import(&bytes, path, options),
-        Format::Ply => ply::import(&bytes, path, options),
-    }
+        Format::Obj => obj::import(bytes, path, options, progress)?,
+        Format::Stl => stl::import(&bytes, path, options)?,
+        Format::Ply => ply::import(&bytes, path, options)?,
+    };
+    // These formats cannot repeat a part, so a document is never more than a small multiple of the file.
+    let over = |exceeded| ConvertError::Limit { path: path.to_owned(), exceeded, way_out: None };
+    options.limits.check_document(&asset.document).map_err(over)?;
+    Ok(asset)
 }
 
 /// Writes an asset to a file, by its extension, and the files that belong to it (textures, `.mtl`, `.bin`, scene file)
@@ -252,8 +255,8 @@ fn files_of(asset: &Asset, path: &Path, options: &ExportOptions) -> Result<files
     let stem = path.file_stem().ok_or_else(unknown)?.to_string_lossy();
     match Format::of(path).ok_or_else(unknown)? {
         Format::Aam => aam_file::export(asset, path, options),
-        Format::Gltf => gltf_out::export(asset, &stem, gltf_out::Container::Gltf),
-        Format::Glb => gltf_out::export(asset, &stem, gltf_out::Container::Glb),
+        Format::Gltf => gltf_out::export(asset, &stem, gltf_out::Container::Gltf, &options.limits),
+        Format::Glb => gltf_out::export(asset, &stem, gltf_out::Container::Glb, &options.limits),
         Format::Obj => obj::export(asset, &stem, options),
         Format::Stl | Format::Ply => Err(unknown()),
     }

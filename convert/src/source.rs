@@ -19,7 +19,7 @@ impl Source<'_> {
         ConvertError::Broken {
             path: self.path.to_owned(),
             place: error.position.to_string(),
-            message: format!("{}\n    | {}\n    | {:marker$}^", error.message, error.line, "", marker = error.marker),
+            message: format!("{}\n{}", error.message, error.excerpt),
         }
     }
 

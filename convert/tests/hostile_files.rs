@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use aam_convert::{ConvertOptions, ImportOptions, Outcome, Silent, convert, import};
-use aam_scene::{FoundTexture, Image, Pixels, TextureData, TextureLimits, load_texture};
+use aam_scene::{FoundTexture, Image, Pixels, TextureData, load_texture};
 use base64::Engine;
 
 /// An AAM file whose one material names this texture.
@@ -117,8 +117,8 @@ fn a_library_and_its_maps_read_nothing_outside() {
 }
 
 fn picture(bytes: &[u8], name: &str) -> Result<Image, String> {
-    let limits = TextureLimits { max_pixels: 1 << 20, ..TextureLimits::default() };
-    load_texture(&FoundTexture { key: name.into(), data: TextureData::InMemory(bytes.into()) }, limits)
+    let limits = aam::Limits { texture_pixels: 1 << 20, ..aam::Limits::default() };
+    load_texture(&FoundTexture { key: name.into(), data: TextureData::InMemory(bytes.into()) }, &limits)
 }
 
 /// A PNG of this size, whose data is so many zeros, all of them right.

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use aam::Document;
+use aam::{Document, Limits};
 use aam_convert::hulls::{HullError, HullOptions, decompose};
 use aam_convert::{Asset, ImportOptions, Silent, import_bytes};
 
@@ -13,7 +13,8 @@ const NOWHERE: &str = "/nonexistent";
 
 /// An importer neither panics nor makes what cannot be written and read again.
 fn import(data: &[u8], path: &Path) {
-    let options = ImportOptions { max_texture_pixels: 1 << 16, ..ImportOptions::default() };
+    let limits = Limits { texture_pixels: 1 << 16, ..Limits::default() };
+    let options = ImportOptions { limits, ..ImportOptions::default() };
     let Ok(asset) = import_bytes(data.to_vec(), path, &options, &Silent) else { return };
     let Asset { document, .. } = asset;
     let bytes = aam::write(&document, &aam::WriteOptions::default()).expect("what is imported can be written");

@@ -3,9 +3,7 @@
 use std::path::Path;
 
 use aam_convert::{Asset, Format, ImportOptions, Silent};
-use aam_scene::{
-    BuildOptions, Camera, FolderTextures, FoundTexture, Scene, SceneFile, Shading, TextureLimits, TextureSource,
-};
+use aam_scene::{BuildOptions, Camera, FolderTextures, FoundTexture, Scene, SceneFile, Shading, TextureSource};
 
 use crate::LabError;
 
@@ -47,7 +45,7 @@ impl TextureSource for Textures<'_> {
         self.asset.find(name).or_else(|_| self.folder.find(name))
     }
 
-    fn limits(&self) -> TextureLimits {
+    fn limits(&self) -> aam::Limits {
         self.folder.limits()
     }
 }

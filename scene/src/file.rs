@@ -5,7 +5,7 @@ mod form;
 
 use std::path::{Path, PathBuf};
 
-use aam::{FileError, Position};
+use aam::{FileError, Limits, Position};
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 
 use crate::{Camera, Light, Shading, Up};
@@ -176,7 +176,14 @@ impl SceneFile {
     /// # Errors
     /// When it cannot be read, or is not one; the message then names line, column and key.
     pub fn read(path: &Path) -> Result<Self, SceneFileError> {
-        let bytes = aam::read_bytes(path, MAX_SIZE)?;
+        let bytes = match aam::read_bytes(path, &Limits { file_size: MAX_SIZE, ..Limits::DEFAULT }) {
+            // No option raises this limit.
+            Err(FileError::TooLarge { path, exceeded }) => {
+                let reason = format!("{} bytes are more than a scene file may have ({MAX_SIZE})", exceeded.found);
+                return Err(FileError::Open { path, source: std::io::Error::other(reason) }.into());
+            }
+            other => other?,
+        };
         let syntax = |source| SceneFileError::Syntax { path: path.to_owned(), source };
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             syntax(SceneSyntaxError {

@@ -17,5 +17,5 @@ mod weld;
 
 pub use build::{BuildOptions, Built, build, object_nodes};
 pub use file::{AssetEntry, BackgroundEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError, SceneSyntaxError};
-pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureLimits, TextureSource, load_texture};
+pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureSource, load_texture};
 pub use types::*;

@@ -99,7 +99,7 @@ fn decode_all(textures: &mut [Texture], found: &[Option<FoundTexture>], source: 
     let results = Mutex::new(Vec::with_capacity(jobs.len()));
     let work = || {
         while let Some((index, found)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let image = load_texture(found, limits).map(std::sync::Arc::new);
+            let image = load_texture(found, &limits).map(std::sync::Arc::new);
             results.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push((*index, image));
         }
     };

@@ -5,7 +5,8 @@ use std::io::Cursor;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use aam::{Limit, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use crate::{Image, Pixels};
 
@@ -18,8 +19,8 @@ pub trait TextureSource {
     fn find(&self, name: &str) -> Result<FoundTexture, String>;
 
     /// The limits that decoding keeps.
-    fn limits(&self) -> TextureLimits {
-        TextureLimits::default()
+    fn limits(&self) -> Limits {
+        Limits::default()
     }
 }
 
@@ -40,21 +41,6 @@ pub enum TextureData {
     OnDisk(PathBuf),
     /// Its bytes.
     InMemory(Arc<[u8]>),
-}
-
-/// What a texture may cost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TextureLimits {
-    /// Largest number of pixels in one texture. Default 2²⁸ (16384 × 16384).
-    pub max_pixels: u64,
-    /// Largest size in bytes of one file. Default 1 GiB.
-    pub max_file_size: u64,
-}
-
-impl Default for TextureLimits {
-    fn default() -> Self {
-        Self { max_pixels: 1 << 28, max_file_size: 1 << 30 }
-    }
 }
 
 /// No textures at all.
@@ -79,7 +65,7 @@ pub struct FolderTextures {
     /// Whether names may lead out of the folder.
     pub allow_outside: bool,
     /// What each texture may cost.
-    pub limits: TextureLimits,
+    pub limits: Limits,
 }
 
 impl FolderTextures {
@@ -87,7 +73,7 @@ impl FolderTextures {
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         let folder: PathBuf = folder.into();
         let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
-        Self { folder, allow_outside: false, limits: TextureLimits::default() }
+        Self { folder, allow_outside: false, limits: Limits::default() }
     }
 
     /// The textures beside a document.
@@ -190,7 +176,7 @@ impl TextureSource for FolderTextures {
         }
     }
 
-    fn limits(&self) -> TextureLimits {
+    fn limits(&self) -> Limits {
         self.limits
     }
 }
@@ -208,23 +194,23 @@ impl FolderTextures {
 ///
 /// # Errors
 /// Why it cannot be read or decoded, or which limit it breaks, in words for people.
-pub fn load_texture(found: &FoundTexture, limits: TextureLimits) -> Result<Image, String> {
+pub fn load_texture(found: &FoundTexture, limits: &Limits) -> Result<Image, String> {
     let read;
     let bytes: &[u8] = match &found.data {
         TextureData::OnDisk(path) => {
-            read = aam::read_bytes(path, limits.max_file_size).map_err(|error| error.to_string())?;
+            read = aam::read_bytes(path, limits).map_err(|error| error.to_string())?;
             &read
         }
-        TextureData::InMemory(bytes) if bytes.len() as u64 > limits.max_file_size => {
-            return Err(format!("{} bytes are more than the limit of {}", bytes.len(), limits.max_file_size));
+        TextureData::InMemory(bytes) => {
+            limits.check(Limit::FileSize, bytes.len() as u64).map_err(|error| error.to_string())?;
+            bytes
         }
-        TextureData::InMemory(bytes) => bytes,
     };
-    decode(bytes, Path::new(&found.key), limits.max_pixels)
+    decode(bytes, Path::new(&found.key), limits)
 }
 
 /// Decodes an image: 8 or 16 bits for each channel, grey, palette or colour, with alpha or without, or floating point.
-fn decode(bytes: &[u8], name: &Path, max_pixels: u64) -> Result<Image, String> {
+fn decode(bytes: &[u8], name: &Path, limits: &Limits) -> Result<Image, String> {
     let explain = |error: image::ImageError| format!("cannot be decoded: {error}");
     let mut reader = ImageReader::new(Cursor::new(bytes));
     if let Ok(format) = ImageFormat::from_path(name) {
@@ -234,19 +220,17 @@ fn decode(bytes: &[u8], name: &Path, max_pixels: u64) -> Result<Image, String> {
     if reader.format().is_none() {
         return Err("it is in no known image format".into());
     }
-    let mut limits = Limits::default();
+    let mut memory = image::Limits::default();
     // Four channels of 32 bits, and as much again while rows are converted.
-    limits.max_alloc = Some(max_pixels.saturating_mul(32).saturating_add(1 << 24));
-    reader.limits(limits);
+    memory.max_alloc = Some(limits.texture_pixels.saturating_mul(32).saturating_add(1 << 24));
+    reader.limits(memory);
     let decoder = reader.into_decoder().map_err(explain)?;
     let (width, height) = decoder.dimensions();
     let count = u64::from(width) * u64::from(height);
     if count == 0 {
         return Err("it has no pixels".into());
     }
-    if count > max_pixels {
-        return Err(format!("{width} × {height} pixels are more than the limit of {max_pixels}"));
-    }
+    limits.check(Limit::TexturePixels, count).map_err(|error| format!("{width} × {height} = {error}"))?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(explain)?;
     let pixels = match decoded {
         DynamicImage::ImageLuma16(_)

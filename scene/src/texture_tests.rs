@@ -104,7 +104,7 @@ fn links_and_pipes_are_no_way_out() {
 }
 
 fn decoded(bytes: &[u8], name: &str) -> Image {
-    decode(bytes, Path::new(name), 1 << 20).unwrap()
+    decode(bytes, Path::new(name), &pixels(1 << 20)).unwrap()
 }
 
 #[test]
@@ -145,26 +145,33 @@ fn palettes_are_looked_up() {
     assert_eq!(decoded(&bytes, "a.png").pixels, Pixels::Rgba8(vec![1, 2, 3, 10, 9, 8, 7, 255]));
 }
 
+fn pixels(texture_pixels: u64) -> Limits {
+    Limits { texture_pixels, ..Limits::default() }
+}
+
 #[test]
 fn limits_hold_before_memory_is_used() {
     let picture = png(&[7; 64 * 64], 64, 64, ExtendedColorType::L8);
-    assert!(decode(&picture, Path::new("a.png"), 64 * 64).is_ok());
-    let refusal = decode(&picture, Path::new("a.png"), 64 * 64 - 1).unwrap_err();
-    assert!(refusal.contains("64 × 64 pixels are more than the limit of 4095"), "{refusal}");
+    assert!(decode(&picture, Path::new("a.png"), &pixels(64 * 64)).is_ok());
+    let refusal = decode(&picture, Path::new("a.png"), &pixels(64 * 64 - 1)).unwrap_err();
+    assert!(
+        refusal.contains("64 × 64 = 4096 pixels are more than the limit of 4095; raise it with --max-texture-pixels"),
+        "{refusal}"
+    );
     // A header that promises 65535 × 65535 pixels and holds none.
     let mut bomb = picture.clone();
     bomb[16..24].copy_from_slice(&[0, 0, 255, 255, 0, 0, 255, 255]);
-    assert!(decode(&bomb, Path::new("a.png"), 1 << 28).is_err());
+    assert!(decode(&bomb, Path::new("a.png"), &Limits::default()).is_err());
     let found = FoundTexture { key: "a.png".into(), data: TextureData::InMemory(picture.into()) };
-    let limits = TextureLimits { max_file_size: 10, ..TextureLimits::default() };
-    assert!(load_texture(&found, limits).unwrap_err().contains("limit of 10"));
+    let limits = Limits { file_size: 10, ..Limits::default() };
+    assert!(load_texture(&found, &limits).unwrap_err().contains("limit of 10"));
 }
 
 #[test]
 fn rubbish_is_an_error() {
     for bytes in [&b""[..], b"hello", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff\xe0", b"BM", b"#?RADIANCE\n"] {
-        assert!(decode(bytes, Path::new("a.bin"), 1 << 20).is_err());
-        assert!(decode(bytes, Path::new("a.png"), 1 << 20).is_err());
-        assert!(decode(bytes, Path::new("a.tga"), 1 << 20).is_err());
+        assert!(decode(bytes, Path::new("a.bin"), &pixels(1 << 20)).is_err());
+        assert!(decode(bytes, Path::new("a.png"), &pixels(1 << 20)).is_err());
+        assert!(decode(bytes, Path::new("a.tga"), &pixels(1 << 20)).is_err());
     }
 }

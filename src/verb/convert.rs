@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::cli::{Axis, BodyMode, ConvertArgs};
 use crate::failure::Failure;
+use crate::human::json_path;
 use crate::progress::Bar;
 use crate::terminal::{BOLD, DIM, GREEN, RED, Terminal, YELLOW, styled};
 use crate::{human, open};
@@ -24,9 +25,11 @@ const WRITABLE: [&str; 4] = ["aam", "glb", "gltf", "obj"];
 /// One conversion as `--report` writes it.
 #[derive(Serialize)]
 struct Reported<'a> {
+    #[serde(serialize_with = "json_path")]
     input: &'a Path,
+    #[serde(serialize_with = "json_path")]
     output: &'a Path,
-    written: &'a [PathBuf],
+    written: Vec<String>,
     kept: usize,
     changed: usize,
     lost: usize,
@@ -39,7 +42,7 @@ impl<'a> Reported<'a> {
         Self {
             input,
             output: &converted.output,
-            written: &converted.written,
+            written: converted.written.iter().map(|path| path.display().to_string()).collect(),
             kept: converted.report.count(Outcome::Kept),
             changed: converted.report.count(Outcome::Changed),
             lost: converted.report.count(Outcome::Lost),
@@ -164,7 +167,8 @@ fn options(args: &ConvertArgs) -> ConvertOptions {
         Axis::Y => Up::Y,
         Axis::Z => Up::Z,
     });
-    let export = ExportOptions { write, original: args.write.original, up, overwrite: args.force };
+    let export =
+        ExportOptions { write, original: args.write.original, up, overwrite: args.force, limits: import.limits };
     ConvertOptions { import, layers: layers(args), physics: physics(args), export }
 }
 

@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use aam::{FileError, ReadOptions, ReadOutcome, WriteOptions};
+use aam::{FileError, Limit, ReadOptions, ReadOutcome, WriteOptions};
 use aam_convert::Format;
 
 use crate::cli::FmtArgs;
@@ -39,7 +39,7 @@ fn file(path: &Path, args: &FmtArgs, terminal: &Terminal) -> Result<bool, Failur
         return Err(Failure::new(format_args!("{}: only AAM files have a canonical layout", path.display()))
             .help("`aam convert` makes an AAM file of it"));
     }
-    let before = aam::read_bytes(path, args.max_file_size)?;
+    let before = aam::read_bytes(path, &args.limits.limits())?;
     let (after, outcome) = canonical(path, &before, args)?;
     let same = before == after;
     if same {
@@ -67,16 +67,16 @@ fn file(path: &Path, args: &FmtArgs, terminal: &Terminal) -> Result<bool, Failur
 /// Standard input to standard output.
 fn stream(args: &FmtArgs, terminal: &Terminal) -> Result<bool, Failure> {
     let name = Path::new("standard input");
+    let limits = args.limits.limits();
     let mut before = Vec::new();
     std::io::stdin()
         .lock()
-        .take(args.max_file_size.saturating_add(1))
+        .take(limits.file_size.saturating_add(1))
         .read_to_end(&mut before)
         .map_err(|error| Failure::io(name, "read", &error))?;
-    if before.len() as u64 > args.max_file_size {
-        let size = before.len() as u64;
-        return Err(FileError::TooLarge { path: name.into(), size, limit: args.max_file_size }.into());
-    }
+    limits
+        .check(Limit::FileSize, before.len() as u64)
+        .map_err(|exceeded| FileError::TooLarge { path: name.into(), exceeded })?;
     let (after, _) = canonical(name, &before, args)?;
     let same = before == after;
     if !args.check {
@@ -88,7 +88,7 @@ fn stream(args: &FmtArgs, terminal: &Terminal) -> Result<bool, Failure> {
 }
 
 fn canonical(path: &Path, bytes: &[u8], args: &FmtArgs) -> Result<(Vec<u8>, ReadOutcome), Failure> {
-    let options = ReadOptions { max_file_size: args.max_file_size, ..ReadOptions::default() };
+    let options = ReadOptions { limits: args.limits.limits(), ..ReadOptions::default() };
     let outcome = aam::read(bytes, &options)
         .map_err(|source| FileError::Syntax { path: path.to_owned(), source: Box::new(source) })?;
     let written = aam::write(&outcome.document, &WriteOptions::default())

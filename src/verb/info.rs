@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::cli::InfoArgs;
 use crate::failure::Failure;
-use crate::human;
+use crate::human::{self, json_path};
 use crate::open::{self, Textures};
 use crate::progress::Bar;
 use crate::terminal::{BOLD, DIM, RED, Terminal, styled};
@@ -25,6 +25,7 @@ const LISTED: usize = 40;
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Info {
+    #[serde(serialize_with = "json_path")]
     file: PathBuf,
     format: &'static str,
     size: u64,
@@ -42,7 +43,7 @@ struct Info {
 struct TextureState {
     file: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    path: Option<PathBuf>,
+    path: Option<String>,
     embedded: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     width: Option<u32>,
@@ -131,7 +132,7 @@ fn state(file: &str, textures: &dyn TextureSource) -> TextureState {
                 Err(error) => state.problem = Some(error.to_string()),
             }
             if let TextureData::OnDisk(path) = data {
-                state.path = Some(path);
+                state.path = Some(path.display().to_string());
             }
         }
     }

@@ -1,6 +1,8 @@
 //! What the tests of the command share: a folder of their own, the command in it, and a small file.
 #![allow(dead_code, reason = "each of them uses a part")]
 
+pub(crate) mod schema;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -164,6 +166,13 @@ impl Ran {
     pub(crate) fn fails(self, code: i32) -> Self {
         assert_eq!(self.code, Some(code), "{}{}", self.out, self.err);
         assert!(code == 1 || self.err.contains("error: "), "{}", self.err);
+        self
+    }
+
+    /// Ends with a code, whatever is said.
+    #[track_caller]
+    pub(crate) fn ends_with(self, code: i32) -> Self {
+        assert_eq!(self.code, Some(code), "{}{}", self.out, self.err);
         self
     }
 

@@ -14,11 +14,11 @@ pub(super) fn check(document: &Document, findings: &mut Findings) {
     if let Some(rate) = geometry.frames_per_second
         && !(rate > 0.0 && rate.is_finite())
     {
-        findings.add(Part::Document, "animation", "animation/rate", format!("FPS is {rate}"));
+        findings.add(Part::Document, "animation", "animation/rate", format!("FPS is {rate}, not above 0"));
     }
     let numbers = geometry.frames.iter().map(|frame| i64::from(frame.number));
     if let Some((expected, found)) = (0..).zip(numbers).find(|(expected, found)| expected != found) {
-        let message = format!("frame {expected} is numbered {found}");
+        let message = format!("frame {expected} in the file is numbered {found}");
         findings.add(Part::Document, "animation", "animation/frame-numbers", message);
     }
     for (index, object) in document.objects().iter().enumerate() {
@@ -57,13 +57,18 @@ fn unfitting(document: &Document) -> Option<&'static str> {
 fn check_transform(part: Part, object: &Object, node: &NodeTransform, findings: &mut Findings) {
     let subject = object_subject(object);
     if node.scale.contains(&0.0) {
-        findings.add(part, &subject, "transform/zero-scale", format!("TM scales by {:?}", node.scale));
+        findings.add(
+            part,
+            &subject,
+            "transform/zero-scale",
+            format!("TM scales by {:?}, which makes it flat", node.scale),
+        );
     }
     let rotation = Mat3::from_cols_array_2d(&node.rotation);
     let off = (rotation.transpose() * rotation - Mat3::IDENTITY).to_cols_array();
     let worst = off.iter().fold(0.0f32, |worst, value| worst.max(value.abs()));
     if !(worst <= 0.02) {
-        let message = format!("the rows' products are off by up to {worst:.3}");
+        let message = format!("the rotation of TM is off by up to {worst:.3} from an orthonormal one");
         findings.add(part, &subject, "transform/rotation", message);
     }
 }
@@ -107,7 +112,12 @@ fn check_tracks(part: Part, object: &Object, tracks: &[Track], frames: u32, find
             _ => 0,
         };
         if zero > 0 {
-            findings.add(part, &subject, "animation/zero-axis", format!("{tag}: {}", counted(zero, "key")));
+            findings.add(
+                part,
+                &subject,
+                "animation/zero-axis",
+                format!("{tag}: {} with a zero axis", counted(zero, "key")),
+            );
         }
     }
 }

@@ -46,6 +46,11 @@ pub static CODES: &[CodeInfo] = &[
         "Tags of a block have a fixed order: move the line.",
     ),
     error("syntax/tag-case", "A tag is right but for upper and lower case.", "Write the tag as the message shows it."),
+    error(
+        "syntax/misspelt-tag",
+        "A tag that is needed is missing, and an unknown word much like it stands before that place.",
+        "Write the tag as the message shows it.",
+    ),
     warning(
         "syntax/unknown-tag",
         "A tag that the format does not know; it is kept in its place.",
@@ -91,7 +96,31 @@ pub static CODES: &[CodeInfo] = &[
         "A number is not finite (`-1.#IND`, `1.#QNAN`, `inf`, `1e39`).",
         "Export again, or replace the value.",
     ),
-    error("limit/nesting", "Multi materials nest deeper than allowed.", "Flatten the material, or raise the limit."),
+    error(
+        "limit/objects",
+        "The document has more objects, counted again in each frame, than allowed.",
+        "Raise the limit with `--max-objects` if the file is meant to be so large.",
+    ),
+    error(
+        "limit/vertices",
+        "The document has more vertices, counted again in each frame, than allowed.",
+        "Raise the limit with `--max-vertices` if the file is meant to be so large.",
+    ),
+    error(
+        "limit/triangles",
+        "The document has more triangles than allowed.",
+        "Raise the limit with `--max-triangles` if the file is meant to be so large.",
+    ),
+    error(
+        "limit/frames",
+        "The document has more frames than allowed.",
+        "Raise the limit with `--max-frames` if the file is meant to be so large.",
+    ),
+    error(
+        "limit/nesting",
+        "Multi materials nest deeper than allowed.",
+        "Flatten the material, or raise the limit with `--max-nesting`.",
+    ),
     // structure
     error(
         "object/duplicate-id",
@@ -166,8 +195,8 @@ pub static CODES: &[CodeInfo] = &[
     ),
     warning(
         "texture/unreadable",
-        "A texture file cannot be decoded; the layer counts as absent.",
-        "Save it again as PNG or JPEG.",
+        "A texture file cannot be decoded, or is over a limit; the layer counts as absent.",
+        "Save it again as PNG or JPEG, or raise the limit that the message names.",
     ),
     warning(
         "texture/zero-tiling",

@@ -33,7 +33,12 @@ pub(super) fn check(document: &Document, findings: &mut Findings) {
             findings.add(part, &subject, "object/duplicate-name", "another object has the same name");
         }
         if object.parent != -1 && !ids.contains_key(&object.parent) {
-            findings.add(part, &subject, "object/missing-parent", format!("there is no object {}", object.parent));
+            findings.add(
+                part,
+                &subject,
+                "object/missing-parent",
+                format!("there is no object {} to be its parent", object.parent),
+            );
         }
         check_material(document, part, &subject, object, findings);
         check_vertices(part, &subject, object, findings);
@@ -87,7 +92,12 @@ fn check_cycles(objects: &[Object], ids: &BTreeMap<i32, usize>, findings: &mut F
 fn check_material(document: &Document, part: Part, subject: &str, object: &Object, findings: &mut Findings) {
     let Ok(index) = usize::try_from(object.material) else {
         if object.material != -1 {
-            findings.add(part, subject, "object/material-missing", format!("MatID is {}", object.material));
+            findings.add(
+                part,
+                subject,
+                "object/material-missing",
+                format!("MatID is {}, neither -1 nor a material", object.material),
+            );
         }
         return;
     };
@@ -106,7 +116,9 @@ fn check_material(document: &Document, part: Part, subject: &str, object: &Objec
             .filter(|id| !numbers.contains(id))
             .collect();
         if !wrong.is_empty() {
-            let message = format!("groups {wrong:?} name no sub-material of {:?}", material.name);
+            let named: Vec<String> = wrong.iter().take(5).map(i32::to_string).collect();
+            let more = if wrong.len() > named.len() { " …" } else { "" };
+            let message = format!("`NEWGROUP:` {}{more} is no sub-material of {:?}", named.join(", "), material.name);
             findings.add(part, subject, "geometry/group", message);
         }
     }
@@ -124,7 +136,7 @@ fn check_vertices(part: Part, subject: &str, object: &Object, findings: &mut Fin
         let size = (bounds.max - bounds.min).max_element();
         let reach = bounds.max.abs().max(bounds.min.abs()).max_element();
         if size > 0.0 && reach * f32::EPSILON > size * RESOLUTION {
-            let message = format!("it is {size} in size, at a distance of {reach}");
+            let message = format!("it is {size} in size and reaches {reach} from the origin");
             findings.add(part, subject, "geometry/far-from-origin", message);
         }
     }
@@ -182,7 +194,7 @@ fn check_faces(part: Part, subject: &str, object: &Object, faces: &Faces, findin
     let unused = used.iter().filter(|used| !**used).count();
     let counts = [
         (degenerate, "geometry/degenerate-triangle", "triangle", "without area"),
-        (duplicate, "geometry/duplicate-triangle", "triangle", "that stand twice"),
+        (duplicate, "geometry/duplicate-triangle", "triangle", "that repeat another"),
         (unused, "geometry/unused-vertex", "vertex", "that no triangle uses"),
     ];
     for (count, code, one, what) in counts {
@@ -196,10 +208,20 @@ fn check_faces(part: Part, subject: &str, object: &Object, faces: &Faces, findin
         let zero = lengths().filter(|&length| length == 0.0).count();
         let off = lengths().filter(|&length| length > 0.0 && (length - 1.0).abs() > 1e-3).count();
         if zero > 0 {
-            findings.add(part, subject, "geometry/zero-normal", format!("{} of N_List", counted(zero, "normal")));
+            findings.add(
+                part,
+                subject,
+                "geometry/zero-normal",
+                format!("{} of N_List of length 0", counted(zero, "normal")),
+            );
         }
         if off > 0 {
-            findings.add(part, subject, "geometry/normal-length", format!("{} of N_List", counted(off, "normal")));
+            findings.add(
+                part,
+                subject,
+                "geometry/normal-length",
+                format!("{} of N_List not of length 1", counted(off, "normal")),
+            );
         }
     }
 }
@@ -259,7 +281,7 @@ fn check_displacement(document: &Document, part: Part, subject: &str, object: &O
         findings.add(part, subject, "geometry/displacement-without-map", message);
     }
     if displacement.tessellation > LARGE_TESSELLATION {
-        let message = format!("TF is {}", displacement.tessellation);
+        let message = format!("TF is {}, above {LARGE_TESSELLATION}", displacement.tessellation);
         findings.add(part, subject, "geometry/large-tessellation", message);
     }
     let mut groups = object.faces.iter().flat_map(|faces| &faces.triangles).map(|triangle| triangle.smoothing);

@@ -49,16 +49,21 @@ fn check_single(part: Part, subject: &str, single: &SingleMaterial, findings: &m
     let unit = |value: &f32| (0.0..=1.0).contains(value) || value.is_nan();
     for (tag, rgb) in [("Am", &single.ambient), ("Di", &single.diffuse), ("Sp", &single.specular)] {
         if !rgb.iter().all(unit) {
-            findings.add(part, subject, "material/color-range", format!("{tag} is {rgb:?}"));
+            findings.add(part, subject, "material/color-range", format!("{tag} is {rgb:?}, not all from 0 to 1"));
         }
     }
     if let Some(emission) = single.emission
         && emission.iter().any(|&value| value < 0.0)
     {
-        findings.add(part, subject, "material/negative-emission", format!("SI is {emission:?}"));
+        findings.add(part, subject, "material/negative-emission", format!("SI is {emission:?}, not all 0 or more"));
     }
     if !unit(&single.transparency) {
-        findings.add(part, subject, "material/transparency-range", format!("Tr is {}", single.transparency));
+        findings.add(
+            part,
+            subject,
+            "material/transparency-range",
+            format!("Tr is {}, not from 0 to 1", single.transparency),
+        );
     }
     // Above 128 an exponent can only be written as itself.
     let plain_exponent = single.shininess > 128.0 && single.shininess.is_finite();
@@ -69,7 +74,7 @@ fn check_single(part: Part, subject: &str, single: &SingleMaterial, findings: &m
     if let Some(cutoff) = single.alpha_cutoff
         && !unit(&cutoff)
     {
-        findings.add(part, subject, "material/alpha-cutoff-range", format!("AC is {cutoff}"));
+        findings.add(part, subject, "material/alpha-cutoff-range", format!("AC is {cutoff}, not from 0 to 1"));
     }
     let has = |layer: Layer| single.layers[layer as usize].as_ref().is_some();
     if has(Layer::LightMap) && has(Layer::Normal) {
@@ -99,15 +104,25 @@ fn check_texture(part: Part, subject: &str, layer: Layer, texture: &Texture, fin
         );
     }
     if texture.tiling.contains(&0.0) {
-        findings.add(part, subject, "texture/zero-tiling", format!("UT and VT are {:?}", texture.tiling));
+        findings.add(
+            part,
+            subject,
+            "texture/zero-tiling",
+            format!("UT and VT are {:?}; 0 shows one line of texels", texture.tiling),
+        );
     }
     if texture.rotation[0] != 0.0 || texture.rotation[1] != 0.0 {
-        let message = format!("UA is {} and VA is {}", texture.rotation[0], texture.rotation[1]);
+        let message = format!("UA is {} and VA is {}, which turn nothing", texture.rotation[0], texture.rotation[1]);
         findings.add(part, subject, "texture/rotation-axes", message);
     }
     let applied = layer == Layer::Normal && texture.normal_space == Some(NormalSpace::Tangent);
     if texture.intensity != 1.0 && !applied {
-        findings.add(part, subject, "texture/intensity", format!("In is {}", texture.intensity));
+        findings.add(
+            part,
+            subject,
+            "texture/intensity",
+            format!("In is {}, which is not applied here", texture.intensity),
+        );
     }
 }
 

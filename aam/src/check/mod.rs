@@ -5,11 +5,13 @@ mod codes;
 mod geometry;
 mod materials;
 mod physics;
+mod rules;
 
 pub use codes::{CODES, CodeInfo, code_info};
+pub use rules::{CodePattern, Rules, UnknownCode, groups};
 
 use crate::document::Object;
-use crate::{Document, Finding, Places, Position, Severity};
+use crate::{Document, Finding, Places, Position};
 
 /// Everything odd or wrong in a document, by part: materials, objects, animation, physics.
 ///
@@ -38,8 +40,13 @@ struct Findings(Vec<(Part, Finding)>);
 
 impl Findings {
     fn add(&mut self, part: Part, subject: impl Into<String>, code: &'static str, message: impl Into<String>) {
-        let severity = code_info(code).map_or(Severity::Error, |info| info.severity);
-        let finding = Finding { code, severity, position: None, subject: subject.into(), message: message.into() };
+        let finding = Finding {
+            code,
+            severity: rules::severity_of(code),
+            position: None,
+            subject: subject.into(),
+            message: message.into(),
+        };
         self.0.push((part, finding));
     }
 

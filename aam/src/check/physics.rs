@@ -45,26 +45,28 @@ pub(super) fn check(document: &Document, findings: &mut Findings) {
 fn check_body(part: Part, subject: &str, body: &Body, findings: &mut Findings) {
     for (tag, friction) in [("SF", body.static_friction), ("DF", body.dynamic_friction)] {
         if !(friction >= 0.0 && friction.is_finite()) {
-            findings.add(part, subject, "physics/friction", format!("{tag} is {friction}"));
+            findings.add(part, subject, "physics/friction", format!("{tag} is {friction}, not a number of 0 or more"));
         }
     }
     if !(0.0..=1.0).contains(&body.restitution) {
-        findings.add(part, subject, "physics/restitution", format!("Re is {}", body.restitution));
+        findings.add(part, subject, "physics/restitution", format!("Re is {}, not from 0 to 1", body.restitution));
     }
     let shapes = body.pieces.as_ref().map_or(0, Vec::len) + body.primitives.as_ref().map_or(0, Vec::len);
     match (body.mode, body.mass) {
         (BodyMode::Dynamic, None) => findings.add(part, subject, "physics/mass", "`Ma:` is missing"),
         (BodyMode::Dynamic, Some(mass)) if !(mass > 0.0 && mass.is_finite()) => {
-            findings.add(part, subject, "physics/mass", format!("Ma is {mass}"));
+            findings.add(part, subject, "physics/mass", format!("Ma is {mass}, not above 0"));
         }
         (BodyMode::Static | BodyMode::Kinematic, Some(mass)) => {
-            findings.add(part, subject, "physics/unused-mass", format!("Ma is {mass}"));
+            let message = format!("Ma is {mass}, but forces do not move this body");
+            findings.add(part, subject, "physics/unused-mass", message);
         }
         _ => {}
     }
     match body.mode {
         BodyMode::Static if shapes > 0 => {
-            findings.add(part, subject, "physics/static-pieces", format!("it has {}", counted(shapes, "shape")));
+            let message = format!("it has {} of its own, but is static", counted(shapes, "shape"));
+            findings.add(part, subject, "physics/static-pieces", message);
         }
         BodyMode::Kinematic | BodyMode::Dynamic if shapes == 0 => {
             findings.add(part, subject, "physics/no-shape", "it has nothing to collide with");
@@ -93,15 +95,20 @@ fn wrong_primitive(primitive: &Primitive) -> Option<String> {
         Primitive::Sphere { radius, .. } | Primitive::Capsule { radius, .. } => std::slice::from_ref(radius),
     };
     let bad = sizes.iter().find(|size| !(**size > 0.0 && size.is_finite()))?;
-    Some(format!("a size is {bad}"))
+    Some(format!("a size is {bad}, not above 0"))
 }
 
 fn check_piece(part: Part, subject: &str, piece: &Convex, findings: &mut Findings) {
     let count = piece.vertices.len();
     if count > MOST_VERTICES {
-        findings.add(part, subject, "physics/too-many-vertices", format!("it has {count} vertices"));
-    } else if count > FEW_VERTICES {
-        findings.add(part, subject, "physics/piece-vertices", format!("it has {count} vertices"));
+        let message = format!("it has {count} vertices, more than {MOST_VERTICES}");
+        findings.add(part, subject, "physics/too-many-vertices", message);
+        // Convexity takes vertices times triangles; the piece has to be made again in any case.
+        return;
+    }
+    if count > FEW_VERTICES {
+        let message = format!("it has {count} vertices, more than {FEW_VERTICES}");
+        findings.add(part, subject, "physics/piece-vertices", message);
     }
     if let Some(open) = open_edges(piece) {
         let message = format!("{} without a partner in the other direction", counted(open, "edge"));

@@ -12,6 +12,10 @@ use crate::document::{
     ScaleSample, Track,
 };
 
+/// The tag of each kind of track.
+pub(crate) const TRACK_TAGS: &[&str] =
+    &["PsSam:", "RtSam:", "ScSam:", "PsBez:", "RtBez:", "ScBez:", "RtTcb:", "RtIPA:"];
+
 /// `"Anim_Ctrl:" ( "N" | "Y" keys )`, keys being tracks of any kinds in any order.
 pub(crate) fn tracks<'a>(cx: &Context<'a>, block: &Block, rest: Rest<'a>) -> Parsed<'a, Flagged<Vec<Track>>> {
     let (mut rest, yes) = field(cx, block, "Anim_Ctrl:", yes_or_no).parse(rest)?;

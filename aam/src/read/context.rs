@@ -6,6 +6,7 @@ use super::ReadOptions;
 use super::fault::{Fault, Message, Rest};
 use crate::diagnostics::{Finding, Position, ReadError, Severity};
 use crate::document::Unknown;
+use crate::{Limit, Text, nearest};
 
 /// Only so many warnings of one code are kept one by one.
 const KEPT_PER_CODE: usize = 20;
@@ -16,7 +17,15 @@ pub(crate) struct Context<'a> {
     pub(crate) options: &'a ReadOptions,
     pub(crate) binary: Cell<bool>,
     warnings: RefCell<Vec<Warning>>,
-    tallies: RefCell<Vec<(&'static str, usize)>>,
+    tallies: RefCell<Vec<Tally>>,
+    totals: Cell<[u64; Limit::ALL.len()]>,
+}
+
+/// How many warnings of one code there were, and where the last one was.
+struct Tally {
+    code: &'static str,
+    count: usize,
+    last: usize,
 }
 
 struct Warning {
@@ -27,7 +36,14 @@ struct Warning {
 
 impl<'a> Context<'a> {
     pub(crate) fn new(bytes: &'a [u8], options: &'a ReadOptions) -> Self {
-        Self { bytes, options, binary: Cell::new(false), warnings: RefCell::default(), tallies: RefCell::default() }
+        Self {
+            bytes,
+            options,
+            binary: Cell::new(false),
+            warnings: RefCell::default(),
+            tallies: RefCell::default(),
+            totals: Cell::default(),
+        }
     }
 
     /// The byte offset at which `rest` starts.
@@ -42,27 +58,65 @@ impl<'a> Context<'a> {
         code: &'static str,
         message: impl Into<String>,
     ) -> Result<(), nom::Err<Fault>> {
+        self.warn_with(rest, code, || message.into())
+    }
+
+    /// As [`Context::warn`]; the message is made only where it is kept.
+    pub(crate) fn warn_with(
+        &self,
+        rest: Rest<'_>,
+        code: &'static str,
+        message: impl FnOnce() -> String,
+    ) -> Result<(), nom::Err<Fault>> {
         if self.options.strict {
-            return Fault::fatal(rest, code, message);
+            return Fault::fatal(rest, code, message());
         }
         let offset = self.offset(rest);
-        let mut warnings = self.warnings.borrow_mut();
-        // Backtracking may come past the same place again.
-        if warnings.iter().rev().take(KEPT_PER_CODE).any(|w| w.offset == offset && w.code == code) {
-            return Ok(());
-        }
         let mut tallies = self.tallies.borrow_mut();
-        let tally = match tallies.iter_mut().find(|(known, _)| *known == code) {
-            Some((_, tally)) => tally,
+        let tally = match tallies.iter_mut().find(|tally| tally.code == code) {
+            // Backtracking comes past the same places again.
+            Some(tally) if offset <= tally.last => return Ok(()),
+            Some(tally) => tally,
             None => {
-                tallies.push((code, 0));
-                &mut tallies.last_mut().expect("just pushed").1
+                tallies.push(Tally { code, count: 0, last: 0 });
+                tallies.last_mut().expect("just pushed")
             }
         };
-        *tally += 1;
-        if *tally <= KEPT_PER_CODE {
-            warnings.push(Warning { offset, code, message: message.into() });
+        tally.count += 1;
+        tally.last = offset;
+        if tally.count <= KEPT_PER_CODE {
+            self.warnings.borrow_mut().push(Warning { offset, code, message: message() });
         }
+        Ok(())
+    }
+
+    /// Refuses what is over a limit.
+    pub(crate) fn limit(
+        &self,
+        at: Rest<'_>,
+        limit: Limit,
+        code: &'static str,
+        found: u64,
+    ) -> Result<(), nom::Err<Fault>> {
+        match self.options.limits.check(limit, found) {
+            Ok(()) => Ok(()),
+            Err(exceeded) => Fault::fatal(super::number::skip_space(at), code, exceeded.to_string()),
+        }
+    }
+
+    /// Adds to what the document holds so far, and refuses what is then over a limit.
+    pub(crate) fn grow(
+        &self,
+        at: Rest<'_>,
+        limit: Limit,
+        code: &'static str,
+        count: usize,
+    ) -> Result<(), nom::Err<Fault>> {
+        let mut totals = self.totals.get();
+        let total = &mut totals[limit as usize];
+        *total = total.saturating_add(count as u64);
+        self.limit(at, limit, code, *total)?;
+        self.totals.set(totals);
         Ok(())
     }
 
@@ -81,14 +135,14 @@ impl<'a> Context<'a> {
                 message: warning.message,
             })
             .collect();
-        for (code, tally) in self.tallies.into_inner() {
-            if tally > KEPT_PER_CODE {
+        for Tally { code, count, .. } in self.tallies.into_inner() {
+            if count > KEPT_PER_CODE {
                 findings.push(Finding {
                     code,
                     severity: Severity::Warning,
                     position: None,
                     subject: String::new(),
-                    message: format!("{} more of the same", tally - KEPT_PER_CODE),
+                    message: format!("{} more of the same", count - KEPT_PER_CODE),
                 });
             }
         }
@@ -132,17 +186,38 @@ pub(crate) fn found(rest: Rest<'_>) -> String {
     }
 }
 
+/// A misspelt word as it should be: one of those known, or one with the blank that is missing behind it.
+pub(crate) fn suggestion(word: &[u8], known: impl IntoIterator<Item = &'static str> + Clone) -> Option<String> {
+    let glued = known.clone().into_iter().find(|tag| tag.ends_with([':', '#']) && word.starts_with(tag.as_bytes()));
+    match glued {
+        Some(tag) => {
+            let value = &word[tag.len()..];
+            let shown = value.len() <= 24 && value.iter().all(u8::is_ascii_graphic);
+            let value = if shown { String::from_utf8_lossy(value) } else { "…".into() };
+            Some(format!("`{tag} {value}`"))
+        }
+        None => nearest(word, known).map(|tag| format!("`{tag}`")),
+    }
+}
+
 /// A block of tags: which it knows, and the unknown text met so far.
 pub(crate) struct Block {
     /// Every tag that may stand in the block, and what ends it, in order.
     pub(crate) tags: &'static [&'static str],
+    /// Other words that may stand in it, for suggestions.
+    hints: &'static [&'static str],
+    /// With the number of bytes left where it starts, which tells the place.
     unknown: RefCell<Vec<(usize, Unknown)>>,
     met: RefCell<Vec<(&'static str, u32)>>,
 }
 
 impl Block {
     pub(crate) fn new(tags: &'static [&'static str]) -> Self {
-        Self { tags, unknown: RefCell::default(), met: RefCell::default() }
+        Self::with_hints(tags, &[])
+    }
+
+    pub(crate) fn with_hints(tags: &'static [&'static str], hints: &'static [&'static str]) -> Self {
+        Self { tags, hints, unknown: RefCell::default(), met: RefCell::default() }
     }
 
     /// The tag of this block that a word is.
@@ -150,16 +225,36 @@ impl Block {
         self.tags.iter().copied().find(|tag| tag.as_bytes() == word)
     }
 
-    /// Keeps unknown text that starts at an offset, once.
-    pub(crate) fn keep(&self, offset: usize, unknown: Unknown) {
+    /// What was probably meant by a word that the block does not know.
+    pub(crate) fn suggestion(&self, word: &[u8]) -> Option<String> {
+        let known = self.tags.iter().chain(self.hints).copied();
+        // A word that is right elsewhere is not misspelt.
+        if self.hints.iter().any(|hint| hint.as_bytes() == word) { None } else { suggestion(word, known) }
+    }
+
+    /// An unknown word at a place or after it that was probably meant to be a tag, and how many bytes are left where it
+    /// stands. If the tag was met, the word may also stand before an earlier one of its kind.
+    pub(crate) fn misspelt(&self, from: Rest<'_>, tag: &'static str) -> Option<(usize, Text)> {
+        /// Farther on it would be a coincidence.
+        const SEARCHED: usize = 100;
+        let again = self.met.borrow().iter().any(|(known, _)| *known == tag);
+        let unknown = self.unknown.borrow();
+        let candidates = unknown.iter().filter(|(left, _)| again || *left <= from.len()).take(SEARCHED);
+        let words = candidates.filter_map(|(left, unknown)| Some((*left, unknown.lines().next()?)));
+        let near = |line: &[u8]| suggestion(super::tags::peek_word(line), [tag]).is_some();
+        words.filter(|(_, line)| near(line)).map(|(left, line)| (left, Text::from(line))).next()
+    }
+
+    /// Keeps unknown text, once. `start` is where it starts.
+    pub(crate) fn keep(&self, start: Rest<'_>, unknown: Unknown) {
         let mut kept = self.unknown.borrow_mut();
-        if kept.last().is_none_or(|(last, _)| *last < offset) {
-            kept.push((offset, unknown));
+        if kept.last().is_none_or(|(left, _)| *left > start.len()) {
+            kept.push((start.len(), unknown));
         }
     }
 
     /// Notes that a tag was met; the unknown text since the tag before it stands before this one.
-    pub(crate) fn meet(&self, from: usize, tag: &'static str) {
+    pub(crate) fn meet(&self, from: Rest<'_>, tag: &'static str) {
         let mut met = self.met.borrow_mut();
         let nth = match met.iter_mut().find(|(known, _)| *known == tag) {
             Some((_, nth)) => {
@@ -172,8 +267,8 @@ impl Block {
             }
         };
         let before = (self.tags.last() != Some(&tag)).then_some((tag, nth));
-        for (offset, unknown) in self.unknown.borrow_mut().iter_mut().rev() {
-            if *offset < from {
+        for (left, unknown) in self.unknown.borrow_mut().iter_mut().rev() {
+            if *left > from.len() {
                 break;
             }
             unknown.before = before;

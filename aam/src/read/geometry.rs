@@ -3,16 +3,17 @@
 use nom::Parser;
 use nom::combinator::{cut, opt};
 
-use super::animation::tracks;
+use super::animation::{TRACK_TAGS, tracks};
 use super::bulk::rows;
 use super::context::{Block, Context, found};
 use super::fault::{Fault, Parsed, Rest};
 use super::materials::counted;
-use super::number::{count, index, integer, skip_space};
+use super::number::{count, index, integer, real, skip_space};
 use super::tags::{
     block_tag, field, fits, line_end, peek_word, reals, required, scalar, text, word, yes_or_no, zero_or_one,
 };
 use super::triangles::{Limits, TriangleLists, triangles};
+use crate::Limit;
 use crate::document::{AnimationMode, Displacement, Flagged, Frame, Geometry, Group, NodeTransform, Object, Skin};
 
 /// `geometry = "GEOMETRY" [ "SmGEnabled" ] "NObj:" n "NFrames:" m "Animation_mode:" mode [ "FPS:" f ] frame+
@@ -31,10 +32,12 @@ pub(crate) fn geometry<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, (Geom
     let b = &block;
     let (rest, _) = cut(word("GEOMETRY")).parse(rest)?;
     let (rest, smoothing) = opt(word("SmGEnabled")).parse(rest)?;
+    let objects_at = rest;
     let (rest, objects) = counted(cx, b, "NObj:", rest)?;
-    let (frames_at, frame_count) = counted(cx, b, "NFrames:", rest)?;
+    let frames_at = rest;
+    let (rest, frame_count) = counted(cx, b, "NFrames:", rest)?;
     let (rest, animation) =
-        required(b, "Animation_mode:", field(cx, b, "Animation_mode:", animation_mode)).parse(frames_at)?;
+        required(b, "Animation_mode:", field(cx, b, "Animation_mode:", animation_mode)).parse(rest)?;
     let (rest, frames_per_second) = opt(field(cx, b, "FPS:", scalar(cx))).parse(rest)?;
     let Ok(animation_frames) = u32::try_from(frame_count) else {
         return Fault::fatal(frames_at, "count/too-large", format!("{frame_count} frames are more than {}", u32::MAX));
@@ -45,12 +48,13 @@ pub(crate) fn geometry<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, (Geom
         _ => frame_count,
     };
     fits(frames_at, rest, blocks, "Frame:0{}".len(), "frames")?;
+    cx.limit(frames_at, Limit::Frames, "limit/frames", blocks as u64)?;
     let mut rest = rest;
     let mut frames: Vec<Frame> = Vec::new();
     let mut places = Vec::new();
     for _ in 0..blocks {
         let (tail, _) = required(b, "Frame:", block_tag(cx, b, "Frame:")).parse(rest)?;
-        let (tail, (frame, offsets)) = frame(cx, tail, objects, frames.first())?;
+        let (tail, (frame, offsets)) = frame(cx, tail, (objects, objects_at), frames.first())?;
         frames.push(frame);
         places.push(offsets);
         rest = tail;
@@ -94,14 +98,15 @@ fn animation_mode(rest: Rest<'_>) -> Parsed<'_, AnimationMode> {
 fn frame<'a>(
     cx: &Context<'a>,
     rest: Rest<'a>,
-    objects: usize,
+    (objects, objects_at): (usize, Rest<'a>),
     first: Option<&Frame>,
 ) -> Parsed<'a, (Frame, Vec<usize>)> {
     let block = Block::new(&["Obj:", "Par:", "{", "}"]);
     let b = &block;
     let (rest, number) = cut(integer).parse(rest)?;
     let (at, _) = cut(word("{")).parse(rest)?;
-    fits(rest, at, objects, "Obj:0 Par:0{MatID:0}".len(), "objects")?;
+    fits(objects_at, at, objects, "Obj:0 Par:0{MatID:0}".len(), "objects")?;
+    cx.grow(objects_at, Limit::Objects, "limit/objects", objects)?;
     let mut rest = at;
     let mut frame = Frame { number, ..Frame::default() };
     let mut places = Vec::new();
@@ -127,11 +132,12 @@ fn frame<'a>(
 
 /// `object = "Obj:" id name "Par:" parent "{" … "}"`, after its first tag. `original` is the same object in frame 0.
 fn object<'a>(cx: &Context<'a>, frame_block: &Block, rest: Rest<'a>, original: Option<&Object>) -> Parsed<'a, Object> {
+    let id_at = rest;
     let (rest, id) = cut(integer).parse(rest)?;
     let (rest, name) = text(rest)?;
     let (rest, parent) = required(frame_block, "Par:", field(cx, frame_block, "Par:", integer)).parse(rest)?;
     let (rest, _) = cut(word("{")).parse(rest)?;
-    let block = Block::new(&[
+    let tags = &[
         "Piv:",
         "Mir:",
         "TM:",
@@ -148,22 +154,26 @@ fn object<'a>(cx: &Context<'a>, frame_block: &Block, rest: Rest<'a>, original: O
         "I_List:",
         "Anim_Ctrl:",
         "}",
-    ]);
+    ];
+    let block = Block::with_hints(tags, TRACK_TAGS);
     let b = &block;
     let (rest, node) = opt(|r| node_transform(cx, b, r)).parse(rest)?;
     let (rest, material) = required(b, "MatID:", field(cx, b, "MatID:", integer)).parse(rest)?;
     let (rest, user_properties) = opt(field(cx, b, "UserProp:", text)).parse(rest)?;
     let (rest, displacement) = opt(|r| displacement(cx, b, r)).parse(rest)?;
+    let vertices_at = rest;
     let (rest, vertices) = required(b, "V_List:", |r| list(cx, b, "V_List:", "vertices", r)).parse(rest)?;
     let (rest, skin) = opt(|r| skin(cx, b, vertices.len(), r)).parse(rest)?;
+    let colors_at = rest;
     let (rest, colors) = opt(|r| list(cx, b, "C_List:", "vertex colours", r)).parse(rest)?;
     let (rest, tex_coords) = opt(|r| list(cx, b, "TV_List:", "texture vertices", r)).parse(rest)?;
+    let normals_at = rest;
     let (normals_end, normals) = opt(|r| list(cx, b, "N_List:", "normals", r)).parse(rest)?;
     if let Some(colors) = &colors
         && colors.len() != vertices.len()
     {
         return Fault::fatal(
-            rest,
+            skip_space(colors_at),
             "count/mismatch",
             format!("C_List has {} colours for {} vertices", colors.len(), vertices.len()),
         );
@@ -190,7 +200,7 @@ fn object<'a>(cx: &Context<'a>, frame_block: &Block, rest: Rest<'a>, original: O
     match lists {
         Some(lists) => {
             if tex_coords.is_none() {
-                cx.warn(normals_end, "syntax/missing-tag", "`TV_List:` is missing before `I_List:`")?;
+                cx.warn(skip_space(normals_end), "syntax/missing-tag", "`TV_List:` is missing before `I_List:`")?;
             }
             object.faces = Some(lists.into_faces(tex_coords.unwrap_or_default(), normals));
         }
@@ -201,7 +211,7 @@ fn object<'a>(cx: &Context<'a>, frame_block: &Block, rest: Rest<'a>, original: O
         None => object.frame_normals = normals,
     }
     if let Some(original) = original {
-        matches_original(cx, rest, &object, original)?;
+        matches_original(cx, [id_at, vertices_at, normals_at].map(skip_space), &object, original)?;
     }
     let rest = if peek_word(rest) == b"}" && peek_word(&skip_space(rest)[1..]) == b"Anim_Ctrl:" {
         cx.warn(skip_space(rest), "syntax/stray-brace", "a `}` without its `{` before Anim_Ctrl is skipped")?;
@@ -216,43 +226,30 @@ fn object<'a>(cx: &Context<'a>, frame_block: &Block, rest: Rest<'a>, original: O
     Ok((rest, object))
 }
 
-/// A later frame must move the vertices of frame 0, no more and no fewer.
+/// A later frame must move the vertices of frame 0, no more and no fewer. The places are those of the id, the vertices
+/// and the normals.
 fn matches_original(
     cx: &Context<'_>,
-    rest: Rest<'_>,
+    [id_at, vertices_at, normals_at]: [Rest<'_>; 3],
     object: &Object,
     original: &Object,
 ) -> Result<(), nom::Err<Fault>> {
-    if object.vertices.len() != original.vertices.len() {
-        return Fault::fatal(
-            rest,
+    let same = |at, list, here, first| match here == first {
+        true => Ok(()),
+        false => Fault::fatal(
+            at,
             "count/mismatch",
-            format!(
-                "object {} has {} vertices here and {} in the first frame",
-                object.id,
-                object.vertices.len(),
-                original.vertices.len()
-            ),
-        );
-    }
-    let expected = original.faces.as_ref().and_then(|faces| faces.normals.as_ref()).map(Vec::len);
-    if let Some(normals) = &object.frame_normals
-        && expected != Some(normals.len())
-    {
-        return Fault::fatal(
-            rest,
-            "count/mismatch",
-            format!(
-                "N_List of object {} has {} normals here and {} in the first frame",
-                object.id,
-                normals.len(),
-                expected.unwrap_or(0)
-            ),
-        );
+            format!("{list} of object {} says {here} here and {first} in the first frame", object.id),
+        ),
+    };
+    same(vertices_at, "V_List", object.vertices.len(), original.vertices.len())?;
+    if let Some(normals) = &object.frame_normals {
+        let first = original.faces.as_ref().and_then(|faces| faces.normals.as_ref()).map_or(0, Vec::len);
+        same(normals_at, "N_List", normals.len(), first)?;
     }
     if object.id != original.id {
         cx.warn(
-            rest,
+            id_at,
             "animation/object-order",
             format!("object {} stands where the first frame has object {}", object.id, original.id),
         )?;
@@ -302,8 +299,17 @@ fn list<'a, const N: usize>(
 ) -> Parsed<'a, Vec<[f32; N]>> {
     let (at, _) = block_tag(cx, b, tag).parse(rest)?;
     let (rest, n) = cut(count).parse(at)?;
+    // A count that the file cannot hold is refused as such.
+    if tag == "V_List:" && n <= rest.len() {
+        cx.grow(at, Limit::Vertices, "limit/vertices", n)?;
+    }
     let rest = bulk_start(cx, rest, n)?;
-    cut(|rest| rows(cx, at, rest, n, what)).parse(rest)
+    let (rest, rows) = cut(|rest| rows(cx, at, rest, n, what)).parse(rest)?;
+    if !cx.binary.get() && real(rest).is_ok() {
+        let message = format!("{} says {n} {what}, but more numbers follow", tag.trim_end_matches(':'));
+        return Fault::fatal(skip_space(rest), "count/mismatch", message);
+    }
+    Ok((rest, rows))
 }
 
 /// Goes past the line end behind a list's count, after which binary data starts at once. Text rows may stand anywhere.
@@ -311,10 +317,13 @@ fn bulk_start<'a>(cx: &Context<'a>, rest: Rest<'a>, n: usize) -> Result<Rest<'a>
     if !cx.binary.get() || n == 0 {
         return Ok(rest);
     }
-    let (rest, ()) = line_end(cx, rest)?;
-    match rest {
+    let mut at = rest;
+    while let [b' ' | b'\t', tail @ ..] = at {
+        at = tail;
+    }
+    match at {
         [b'\r', b'\n', tail @ ..] | [b'\n', tail @ ..] => Ok(tail),
-        _ => Fault::fatal(rest, "syntax/expected", "expected a line end (LF or CRLF) before binary data"),
+        _ => Fault::fatal(at, "syntax/expected", "expected a line end (LF or CRLF) before binary data"),
     }
 }
 
@@ -353,6 +362,7 @@ fn triangle_list<'a>(cx: &Context<'a>, b: &Block, limits: Limits, rest: Rest<'a>
     };
     let (rest, ()) = line_end(cx, line)?;
     fits(at, rest, total, if cx.binary.get() { 19 } else { "I:0 0 0 0".len() }, "triangles")?;
+    cx.grow(at, Limit::Triangles, "limit/triangles", total)?;
     let mut lists = TriangleLists::new(total, limits.normals.is_some());
     let declared = match groups_on_line {
         Some(groups) => {

@@ -3,12 +3,13 @@
 use nom::Parser;
 use nom::combinator::{cut, opt};
 
-use super::context::{Block, Context, found};
+use super::context::{Block, Context};
 use super::fault::{Fault, Parsed, Rest};
 use super::number::{count, integer, skip_space};
 use super::tags::{
     block_tag, field, fits, line_end, one_word, peek_word, reals, required, scalar, text, word, yes_or_no,
 };
+use crate::Limit;
 use crate::document::{Flagged, Layer, Material, MaterialBody, NormalSpace, Shading, SingleMaterial, Texture, Unknown};
 
 /// What the section holds: materials, unknown text at its end, and the offset of each `Mat#`.
@@ -42,7 +43,7 @@ pub(crate) fn materials<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Mate
         let text = format!("MatCount says {n}, but another material follows");
         return Fault::fatal(skip_space(rest), "count/mismatch", text);
     }
-    let (rest, _) = cut(block_tag(cx, &block, "ENDMATERIALS")).parse(rest)?;
+    let (rest, _) = required(&block, "ENDMATERIALS", block_tag(cx, &block, "ENDMATERIALS")).parse(rest)?;
     let unknown = block.into_unknown();
     Ok((rest, Materials { materials, unknown, places }))
 }
@@ -53,16 +54,10 @@ pub(crate) fn counted<'a>(cx: &Context<'a>, block: &Block, tag: &'static str, re
 }
 
 /// The number after `Mat#` or `Sub`, and the block.
-fn numbered_material<'a>(cx: &Context<'a>, rest: Rest<'a>, depth: usize) -> Parsed<'a, Material> {
-    let (rest, number) = cut(integer).parse(rest)?;
+fn numbered_material<'a>(cx: &Context<'a>, at: Rest<'a>, depth: u64) -> Parsed<'a, Material> {
+    let (rest, number) = cut(integer).parse(at)?;
     let (rest, ()) = line_end(cx, rest)?;
-    if depth > cx.options.max_nesting {
-        return Fault::fatal(
-            rest,
-            "limit/nesting",
-            format!("Multi materials nest deeper than the limit of {}", cx.options.max_nesting),
-        );
-    }
+    cx.limit(at, Limit::Nesting, "limit/nesting", depth)?;
     let (rest, _) = cut(word("{")).parse(rest)?;
     let block = Block::new(&[
         "Name:", "Class:", "NSubs:", "Sub", "Am:", "Di:", "Sp:", "Tr:", "Sh:", "SI:", "WS:", "Tx:", "TS:", "TN:",
@@ -192,7 +187,7 @@ fn normal_space(rest: Rest<'_>) -> Parsed<'_, NormalSpace> {
     let space = match word {
         b"OBJECT" => NormalSpace::Object,
         b"TANGENT" => NormalSpace::Tangent,
-        _ => return Fault::expected(start, format!("`OBJECT` or `TANGENT` (not {})", found(start))),
+        _ => return Fault::expected(start, "`OBJECT` or `TANGENT`"),
     };
     Ok((&start[word.len()..], space))
 }

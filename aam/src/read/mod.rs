@@ -21,9 +21,9 @@ use nom::Parser;
 use nom::combinator::opt;
 
 use crate::document::{Encoding, Header, Unknown};
-use crate::{Document, Finding, ReadError};
+use crate::{Document, Finding, Limits, ReadError};
 
-use context::{Block, Context, found};
+use context::{Block, Context, found, suggestion};
 use fault::{Fault, Parsed, Rest};
 use number::skip_space;
 use tags::{peek_word, word};
@@ -33,10 +33,8 @@ use tags::{peek_word, word};
 pub struct ReadOptions {
     /// Report as an error each irregularity that is otherwise accepted with a warning.
     pub strict: bool,
-    /// The largest file in bytes that [`crate::read_file`] opens. Default 4 GiB.
-    pub max_file_size: u64,
-    /// How deep Multi materials may nest. Default 32.
-    pub max_nesting: usize,
+    /// How large the document may be; [`Limits::file_size`] is what [`crate::read_file`] opens.
+    pub limits: Limits,
     /// How many threads may read the rows of a large list at the same time; 0 counts as 1. What is read does not depend on
     /// it. Default: what the system has for this process.
     pub threads: usize,
@@ -46,8 +44,7 @@ impl Default for ReadOptions {
     fn default() -> Self {
         Self {
             strict: false,
-            max_file_size: 4 << 30,
-            max_nesting: 32,
+            limits: Limits::default(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
         }
     }
@@ -109,7 +106,12 @@ fn file<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, (Document, Places)> 
     };
     let end = skip_space(rest);
     if !end.is_empty() {
-        cx.warn(end, "syntax/trailing-text", format!("{} after the end of the document is ignored", found(end)))?;
+        let hint = match suggestion(peek_word(end), ["PHYSICS"]) {
+            Some(section) if physics.is_none() => format!("; did you mean {section}?"),
+            _ => String::new(),
+        };
+        let message = format!("{} after the end of the document is ignored{hint}", found(end));
+        cx.warn(end, "syntax/trailing-text", message)?;
     }
     let (physics, bodies) = physics.unzip();
     let document = Document {
@@ -143,9 +145,25 @@ fn preamble<'a>(cx: &Context<'a>, mut rest: Rest<'a>) -> Parsed<'a, Vec<Unknown>
         kept.push(unknown);
         rest = tail;
     }
-    let block = Block::new(&["MATERIALS", "ENDMATERIALS"]);
+    const HINTS: &[&str] = &[
+        "SHADERS",
+        Header::Mesh.word(),
+        Header::MeshMultiframe.word(),
+        Header::Character.word(),
+        Header::Avatar.word(),
+    ];
+    // `BINARY` is known here, since kept as unknown text it would let binary lists be read as text.
+    let block = Block::with_hints(&["BINARY", "MATERIALS", "ENDMATERIALS"], HINTS);
     let (tail, _) = match tags::block_tag(cx, &block, "MATERIALS").parse(rest) {
-        Err(nom::Err::Error(_)) => Fault::expected(skip_space(rest), "an AAM document, which starts with `MATERIALS`")?,
+        Err(nom::Err::Error(fault)) => {
+            let end = &rest[rest.len() - fault.left..];
+            tags::misspelt(&block, rest, "MATERIALS")?;
+            if peek_word(end) == b"BINARY" {
+                let message = "expected `MATERIALS`, found `BINARY`, which belongs at the start of the file";
+                return Fault::fatal(skip_space(end), "syntax/tag-order", message);
+            }
+            Fault::expected(skip_space(rest), "an AAM document, which starts with `MATERIALS`")?
+        }
         other => other?,
     };
     kept.extend(block.into_unknown());

@@ -8,6 +8,7 @@ use super::fault::{Fault, Parsed, Rest};
 use super::materials::counted;
 use super::number::{count, index, integer, real, skip_space};
 use super::tags::{block_tag, field, fits, line_end, not_finite, peek_word, reals, required, scalar, text, word};
+use crate::Limit;
 use crate::document::{Body, BodyMode, Convex, Physics, Primitive};
 
 /// `physics = "PHYSICS" "NBody:" n n*body "ENDPHYSICS"`, and the offset of each `Body:`.
@@ -132,6 +133,7 @@ fn convex<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Convex> {
     let (at, _) = word("V_List:").parse(rest)?;
     let (mut rest, n) = count(at)?;
     fits(at, rest, n, "0 0 0 ".len(), "vertices")?;
+    cx.grow(at, Limit::Vertices, "limit/vertices", n)?;
     let mut vertices = Vec::with_capacity(n);
     for _ in 0..n {
         let mut vertex = [0.0; 3];
@@ -148,6 +150,7 @@ fn convex<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Convex> {
     let (at, _) = word("I_List:").parse(rest)?;
     let (mut rest, n) = count(at)?;
     fits(at, rest, n, "I:0 0 0".len(), "triangles")?;
+    cx.grow(at, Limit::Triangles, "limit/triangles", n)?;
     let mut triangles = Vec::with_capacity(n);
     for _ in 0..n {
         let (mut tail, _) = word("I:").parse(rest)?;

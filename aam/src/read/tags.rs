@@ -2,8 +2,8 @@
 
 use nom::Parser;
 
-use super::context::{Block, Context, found};
-use super::fault::{Fault, Parsed, Rest};
+use super::context::{Block, Context, found, suggestion};
+use super::fault::{Fault, Message, Parsed, Rest};
 use super::number::{integer, is_space, real, skip_space};
 use crate::Text;
 use crate::document::Unknown;
@@ -51,19 +51,15 @@ pub(crate) fn block_tag<'a>(
     tag: &'static str,
 ) -> impl Parser<Rest<'a>, Output = &'static str, Error = Fault> {
     move |rest: Rest<'a>| {
-        let from = cx.offset(rest);
         let (start, ()) = keep_unknown(cx, block, rest)?;
-        match word(tag).parse(start) {
-            Ok((rest, _)) => {
-                block.meet(from, tag);
-                Ok((rest, tag))
-            }
-            Err(fault) => Err(fault),
-        }
+        let (tail, _) = word(tag).parse(start)?;
+        block.meet(rest, tag);
+        Ok((tail, tag))
     }
 }
 
-/// The tag that must come now: if it is missing, says whether another tag of the block stands in its place.
+/// The tag that must come now: if it is missing, says whether it is misspelt, or another tag of the block stands in its
+/// place.
 pub(crate) fn required<'a, T>(
     block: &Block,
     tag: &'static str,
@@ -72,6 +68,7 @@ pub(crate) fn required<'a, T>(
     move |rest: Rest<'a>| match field.parse(rest) {
         Err(nom::Err::Error(fault)) => {
             let at = &rest[rest.len() - fault.left.min(rest.len())..];
+            misspelt(block, rest, tag)?;
             match block.known(peek_word(at)) {
                 Some(known) if known != tag && block.tags.last() != Some(&known) => {
                     Fault::fatal(skip_space(at), "syntax/tag-order", out_of_order(block, tag, known))
@@ -83,12 +80,21 @@ pub(crate) fn required<'a, T>(
     }
 }
 
+/// Refuses an unknown word that was probably meant to be a tag which is missing.
+pub(crate) fn misspelt(block: &Block, from: Rest<'_>, tag: &'static str) -> Result<(), nom::Err<Fault>> {
+    let Some((left, line)) = block.misspelt(from, tag) else { return Ok(()) };
+    let word = peek_word(line.bytes());
+    let meant = suggestion(word, [tag]).unwrap_or_else(|| format!("`{tag}`"));
+    let message = format!("{} is unknown; did you mean {meant}, which must come here?", found(line.bytes()));
+    Err(nom::Err::Failure(Fault { left, code: "syntax/misspelt-tag", message: Message::Text(message) }))
+}
+
 fn out_of_order(block: &Block, expected: &'static str, known: &'static str) -> String {
     let place = |tag| block.tags.iter().position(|&other| other == tag);
     if place(known) < place(expected) {
         format!("expected `{expected}`, found `{known}`, which belongs before it and only once")
     } else {
-        format!("expected `{expected}`, found `{known}`; the order of tags is fixed")
+        format!("expected `{expected}`, found `{known}`, which belongs after it")
     }
 }
 
@@ -213,12 +219,12 @@ fn keep_unknown<'a>(cx: &Context<'a>, block: &Block, mut rest: Rest<'a>) -> Pars
             return Fault::fatal(
                 start,
                 "syntax/unknown-list",
-                format!("{} is unknown, and nobody knows how long its binary data is", found(start)),
+                unknown_message(block, start, "is unknown, and nobody knows how long its binary data is"),
             );
         }
-        cx.warn(start, "syntax/unknown-tag", unknown_message(block, start, word))?;
-        let (tail, text) = unknown_lines(start)?;
-        block.keep(cx.offset(start), Unknown { before: None, text });
+        cx.warn_with(start, "syntax/unknown-tag", || unknown_message(block, start, "is unknown and kept as it is"))?;
+        let (tail, text) = unknown_lines(cx, start)?;
+        block.keep(start, Unknown { before: None, text });
         rest = tail;
     }
 }
@@ -227,41 +233,18 @@ fn starts_tag(word: &[u8]) -> bool {
     word.first().is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'_')
 }
 
-fn unknown_message(block: &Block, start: Rest<'_>, word: &[u8]) -> String {
-    let near = block
-        .tags
-        .iter()
-        .filter(|tag| tag.len() > 2)
-        .map(|tag| (edits(word, tag.as_bytes()), tag))
-        .filter(|(edits, tag)| *edits * 3 <= tag.len())
-        .min_by_key(|(edits, _)| *edits);
-    match near {
-        Some((_, tag)) => format!("unknown tag {} is kept as it is; did you mean `{tag}`?", found(start)),
-        None => format!("unknown tag {} is kept as it is", found(start)),
-    }
-}
-
-/// Levenshtein distance, for short words.
-fn edits(a: &[u8], b: &[u8]) -> usize {
-    if a.len() > 32 {
-        return usize::MAX / 4;
-    }
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
+fn unknown_message(block: &Block, start: Rest<'_>, what: &str) -> String {
+    let hint = match block.suggestion(peek_word(start)) {
+        Some(tag) => format!("; did you mean {tag}?"),
+        None => String::new(),
+    };
+    format!("{} {what}{hint}", found(start))
 }
 
 /// One unknown line, the `{ }` block right after it, and the number rows right after that.
-fn unknown_lines(rest: Rest<'_>) -> Parsed<'_, Text> {
-    let (mut rest, first) = line(skip_space(rest));
+fn unknown_lines<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Text> {
+    let first_line = skip_space(rest);
+    let (mut rest, first) = line(first_line);
     let mut lines = first.to_vec();
     let mut depth = 0usize;
     loop {
@@ -272,8 +255,14 @@ fn unknown_lines(rest: Rest<'_>) -> Parsed<'_, Text> {
             b"{" => depth += 1,
             b"}" if depth > 0 => depth -= 1,
             _ if depth > 0 && !word.is_empty() => {}
-            _ if is_number => {}
-            _ if depth > 0 => return Fault::expected(start, "`}` at the end of the unknown block"),
+            _ if is_number && !cx.binary.get() => {}
+            _ if depth > 0 => {
+                let message = format!(
+                    "expected `}}` at the end of the block of {}, found the end of the file",
+                    found(first_line)
+                );
+                return Fault::fatal(first_line, "syntax/expected", message);
+            }
             _ => return Ok((rest, Text::from(&lines[..]))),
         }
         let (tail, text) = line(start);
@@ -290,11 +279,12 @@ pub(crate) fn shaders<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Unknow
     cx.warn(start, "syntax/unknown-tag", "the SHADERS section is kept as it is")?;
     let mut lines = b"SHADERS".to_vec();
     loop {
-        let start = skip_space(rest);
-        if start.is_empty() {
-            return Fault::fatal(start, "syntax/expected", "expected `ENDSHADERS`, found the end of the file");
+        let next = skip_space(rest);
+        if next.is_empty() {
+            let message = "expected `ENDSHADERS` at the end of `SHADERS`, found the end of the file";
+            return Fault::fatal(start, "syntax/expected", message);
         }
-        let (tail, text) = line(start);
+        let (tail, text) = line(next);
         lines.push(b'\n');
         lines.extend_from_slice(text);
         rest = tail;

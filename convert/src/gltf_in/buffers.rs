@@ -51,7 +51,7 @@ impl Buffers {
                         Source::File { path, .. } => match known.get(&path) {
                             Some(bytes) => Arc::clone(bytes),
                             None => {
-                                let bytes = Arc::new(aam::read_bytes(&path, options.max_file_size)?);
+                                let bytes = Arc::new(aam::read_bytes(&path, &options.limits)?);
                                 known.insert(path, Arc::clone(&bytes));
                                 bytes
                             }

@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, DVec4};
 
+use aam::{Limit, Limits};
+
 use crate::{ConvertError, ImportOptions};
 
 use super::accessor::Reader;
@@ -52,9 +54,15 @@ fn choose(model: &Model, options: &ImportOptions) -> Checked<Option<usize>> {
     if wanted == "none" {
         return Ok(None);
     }
-    let list: Vec<String> = (0..count).map(|number| format!("{number} {:?}", title(model, number))).collect();
-    let known = if list.is_empty() { "the file has none".into() } else { format!("the file has {}", list.join(", ")) };
-    Err(ConvertError::Option(format!("--animation {wanted}: there is no such animation; {known}")).into())
+    const LISTED: usize = 20;
+    let list: Vec<String> =
+        (0..count.min(LISTED)).map(|number| format!("{number} {:?}", title(model, number))).collect();
+    let more = if count > LISTED { " and others" } else { "" };
+    let known = if count == 0 { "the file has none".into() } else { format!("the file has {}{more}", list.join(", ")) };
+    let names = model.animations.iter().filter_map(|animation| animation.name.as_deref());
+    let near = aam::nearest(wanted.as_bytes(), names).map(|name| format!("; did you mean {name:?}?"));
+    let near = near.unwrap_or_default();
+    Err(ConvertError::Option(format!("--animation {wanted}: there is no such animation; {known}{near}")).into())
 }
 
 /// The clip of an import, if it has one.
@@ -141,16 +149,13 @@ fn track(reader: Reader<'_>, channel: &Channel, known: &mut Known) -> Checked<Tr
 
 impl Clip {
     /// How many frames the clip has at a rate: from time 0 to the first frame at or after its end.
-    pub(super) fn frames(&self, rate: f32) -> Checked<usize> {
+    pub(super) fn frames(&self, rate: f32, limits: &Limits) -> Checked<usize> {
         // A duration that is a whole number of frames but for rounding gets no frame more.
         let last = (f64::from(self.duration) * f64::from(rate) - 1e-3).ceil().max(0.0);
-        if last >= limits::FRAMES as f64 {
-            return Err(Fault::unsupported(
-                format!("an animation of {last} frames (more than {})", limits::FRAMES),
-                "lower --fps, or cut the animation",
-            ));
-        }
-        Ok(last as usize + 1)
+        let frames = (last as u64).saturating_add(1);
+        let too_many = |exceeded| Fault::Limit { exceeded, way_out: "lower --fps or cut the animation" };
+        limits.check(Limit::Frames, frames).map_err(too_many)?;
+        Ok(usize::try_from(frames).unwrap_or(usize::MAX))
     }
 
     /// For each node whether the clip moves it: it has keys, and one is not where the node rests.

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use aam::LimitExceeded;
+
 use crate::ConvertError;
 
 /// Why the file cannot be imported.
@@ -11,6 +13,8 @@ pub(super) enum Fault {
     Broken { place: String, message: String },
     /// The file needs something that this importer does not have.
     Unsupported { feature: String, way_out: String },
+    /// The document would be over a limit that the user can raise.
+    Limit { exceeded: LimitExceeded, way_out: &'static str },
     /// Anything that already knows its file.
     Other(ConvertError),
 }
@@ -33,6 +37,9 @@ impl Fault {
             Self::Broken { place, message } => ConvertError::Broken { path: path.to_owned(), place, message },
             Self::Unsupported { feature, way_out } => {
                 ConvertError::Unsupported { path: path.to_owned(), feature, way_out }
+            }
+            Self::Limit { exceeded, way_out } => {
+                ConvertError::Limit { path: path.to_owned(), exceeded, way_out: Some(way_out) }
             }
             Self::Other(error) => error,
         }

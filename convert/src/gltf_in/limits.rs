@@ -1,7 +1,9 @@
-//! How large a document may grow. A glTF file repeats a mesh at the cost of a few bytes, an AAM file cannot, and a
-//! clip of a million seconds is one number; so the product is checked before any of it is made. What a document may hold
-//! grows with the bytes of the file, from a floor that costs about 100 MB up to a ceiling: a few bytes do not ask for
-//! much memory or time, and a real file is not near.
+//! How large a document may grow, and how much work it may be. A glTF file repeats a mesh at the cost of a few bytes, an
+//! AAM file cannot, and a clip of a million seconds is one number; so the product is checked before any of it is made. What
+//! a document may hold grows with the bytes of the file, from a floor that costs about 100 MB up to a ceiling: a few bytes
+//! do not ask for much memory or time, and a real file is not near.
+
+use aam::{Limit, Limits};
 
 use super::fault::{Checked, Fault};
 
@@ -9,41 +11,38 @@ use super::fault::{Checked, Fault};
 pub(super) const ZERO_FILLED: usize = 1 << 16;
 
 /// How many of something a document may hold.
-struct Limit {
+struct Allowance {
     floor: u64,
     for_each_byte: u64,
     ceiling: u64,
 }
 
-impl Limit {
+impl Allowance {
     fn of(&self, bytes: u64) -> u64 {
         self.floor.saturating_add(self.for_each_byte.saturating_mul(bytes)).min(self.ceiling)
     }
 }
 
-/// Vertices of a document, over all frames (12 bytes each).
-const VERTICES: Limit = Limit { floor: 1 << 22, for_each_byte: 64, ceiling: 1 << 28 };
+/// Vertices of a document, over all frames (12 bytes each). The ceilings of this and the next two are the user's.
+const VERTICES: Allowance = Allowance { floor: 1 << 22, for_each_byte: 64, ceiling: u64::MAX };
 
 /// Triangles of a document.
-const TRIANGLES: Limit = Limit { floor: 1 << 21, for_each_byte: 64, ceiling: 1 << 26 };
+const TRIANGLES: Allowance = Allowance { floor: 1 << 21, for_each_byte: 64, ceiling: u64::MAX };
 
 /// Vertices times morph targets times frames: about a minute of work.
-const MORPHS: Limit = Limit { floor: 1 << 24, for_each_byte: 1 << 12, ceiling: 1 << 34 };
+const MORPHS: Allowance = Allowance { floor: 1 << 24, for_each_byte: 1 << 12, ceiling: 1 << 34 };
 
 /// Vertices read from the file, each morph target counted.
-const DECODED: Limit = Limit { floor: 1 << 22, for_each_byte: 64, ceiling: 1 << 27 };
+const DECODED: Allowance = Allowance { floor: 1 << 22, for_each_byte: 64, ceiling: 1 << 27 };
 
 /// Objects of a document, over all frames.
-const OBJECTS: Limit = Limit { floor: 1 << 17, for_each_byte: 4, ceiling: 1 << 23 };
+const OBJECTS: Allowance = Allowance { floor: 1 << 17, for_each_byte: 4, ceiling: u64::MAX };
 
 /// Nodes, joints and animation channels, over all frames: about a minute of work.
-const POSES: Limit = Limit { floor: 1 << 21, for_each_byte: 64, ceiling: 1 << 28 };
+const POSES: Allowance = Allowance { floor: 1 << 21, for_each_byte: 64, ceiling: 1 << 28 };
 
 /// Times and values that the channels of a clip name together.
 const KEYS: u64 = 1 << 30;
-
-/// Frames of a clip.
-pub(super) const FRAMES: u64 = 1 << 20;
 
 /// Pixels of all pictures that are decoded, those that did not stay in memory counted again.
 const DECODED_PIXELS: u64 = 1 << 35;
@@ -63,10 +62,15 @@ pub(super) struct Size {
 }
 
 impl Size {
-    /// Refuses a document that would be too large for a file of so many bytes, before it is made.
-    pub(super) fn check(&self, bytes: u64) -> Checked<()> {
+    /// Refuses a document that would be too large, or larger than a file of so many bytes accounts for, before it is made.
+    pub(super) fn check(&self, limits: &Limits, bytes: u64) -> Checked<()> {
         let reduce = "export fewer instances or a shorter clip, or lower --fps";
-        let check = |count: u64, limit: Limit, what: &str| {
+        let within =
+            |limit, count| limits.check(limit, count).map_err(|exceeded| Fault::Limit { exceeded, way_out: reduce });
+        within(Limit::Objects, self.objects)?;
+        within(Limit::Vertices, self.vertices)?;
+        within(Limit::Triangles, self.triangles)?;
+        let check = |count: u64, limit: Allowance, what: &str| {
             let limit = limit.of(bytes);
             if count <= limit {
                 return Ok(());
@@ -74,11 +78,11 @@ impl Size {
             let feature = format!("a document of {count} {what} (more than {limit}, from a file of {bytes} bytes)");
             Err(Fault::unsupported(feature, reduce))
         };
+        check(self.objects, OBJECTS, "objects over all frames")?;
         check(self.vertices, VERTICES, "vertices over all frames")?;
         check(self.triangles, TRIANGLES, "triangles")?;
         check(self.morphs, MORPHS, "morphed vertices over all frames and targets")?;
         check(self.decoded, DECODED, "vertices with all morph targets")?;
-        check(self.objects, OBJECTS, "objects over all frames")?;
         check(self.poses, POSES, "moving nodes, joints and channels over all frames")
     }
 }

@@ -111,8 +111,10 @@ fn run(bytes: Vec<u8>, path: &Path, options: &ImportOptions, progress: &dyn Prog
     let mut moment = Moment::rest(&model, &graph)?;
     let clip = clip::find(reader, options, &mut log)?;
     let form = form(&model, &graph, &moment, clip.as_ref(), options, &mut log);
-    let frames = clip.as_ref().filter(|_| form != Form::Static).map_or(Ok(1), |clip| clip.frames(rate))?;
-    stage::check_size(&model, &graph, form, frames, clip.as_ref(), file.len().saturating_add(buffers.bytes()))?;
+    let frames =
+        clip.as_ref().filter(|_| form != Form::Static).map_or(Ok(1), |clip| clip.frames(rate, &options.limits))?;
+    let size = file.len().saturating_add(buffers.bytes());
+    stage::check_size(&model, &graph, form, frames, clip.as_ref(), &options.limits, size)?;
 
     let mut asset = Asset::default();
     let meshes = decode(reader, &graph, options.keep_uvs, &mut log, progress)?;

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use aam::Limits;
 use glam::DAffine3;
 
 use super::clip::Clip;
@@ -105,6 +106,7 @@ pub(super) fn check_size(
     form: Form,
     frames: usize,
     clip: Option<&Clip>,
+    limits: &Limits,
     bytes: usize,
 ) -> Checked<()> {
     let mut mesh_sizes = vec![(0_u64, 0_u64); model.meshes.len()];
@@ -143,7 +145,7 @@ pub(super) fn check_size(
         let posed = (model.nodes.len() + clip.tracks() + joints) as u64;
         size.poses = posed.saturating_mul(frames as u64);
     }
-    size.check(bytes as u64)
+    size.check(limits, bytes as u64)
 }
 
 /// Elements of the sparse accessors that a primitive uses. Of these all are decoded, however few the triangles name.

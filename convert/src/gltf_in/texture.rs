@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use aam::Limit;
 use image::{ImageFormat, ImageReader};
 
 use crate::files::nameable;
@@ -152,7 +153,7 @@ impl<'a> Textures<'a> {
         let owned;
         let (bytes, format) = match &self.pictures[image] {
             Some(Picture::OnDisk { path, format, .. }) => {
-                owned = aam::read_bytes(path, self.options.max_file_size)?;
+                owned = aam::read_bytes(path, &self.options.limits)?;
                 (owned.as_slice(), *format)
             }
             Some(Picture::InMemory { bytes, format }) => (&**bytes, *format),
@@ -162,10 +163,8 @@ impl<'a> Textures<'a> {
         let reader = || ImageReader::with_format(Cursor::new(bytes), format);
         let (width, height) = reader().into_dimensions().map_err(|error| broken(error.to_string()))?;
         let pixels = u64::from(width) * u64::from(height);
-        if pixels > self.options.max_texture_pixels {
-            let limit = self.options.max_texture_pixels;
-            return Err(broken(format!("{width} × {height} pixels are more than the limit of {limit}")));
-        }
+        let too_large = |exceeded| broken(format!("{width} × {height} = {exceeded}"));
+        self.options.limits.check(Limit::TexturePixels, pixels).map_err(too_large)?;
         let mut reader = reader();
         // Sixteen bytes a pixel is the widest that any format unpacks to.
         let mut bound = image::Limits::default();
@@ -226,10 +225,8 @@ impl<'a> Textures<'a> {
         }
         let [width, height] = bake::size(base.as_deref(), occlusion.as_deref());
         let count = u64::from(width) * u64::from(height);
-        if count > self.options.max_texture_pixels {
-            let limit = self.options.max_texture_pixels;
-            let note = format!("{width} × {height} pixels are more than the limit of {limit}");
-            log.lost("", "baked texture", note);
+        if let Err(exceeded) = self.options.limits.check(Limit::TexturePixels, count) {
+            log.lost("", "baked texture", format!("{width} × {height} = {exceeded}"));
             return Ok(None);
         }
         self.baked_pixels += count;

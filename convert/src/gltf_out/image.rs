@@ -5,7 +5,8 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
-use aam_scene::{FoundTexture, Image, Pixels, TextureData, TextureLimits, TextureSource, load_texture};
+use aam::Limits;
+use aam_scene::{FoundTexture, Image, Pixels, TextureData, TextureSource, load_texture};
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 
 use crate::files::within;
@@ -44,7 +45,7 @@ struct Known {
 #[derive(Debug)]
 pub(super) struct Images<'a> {
     asset: &'a Asset,
-    limits: TextureLimits,
+    limits: Limits,
     entries: Vec<Entry>,
     /// By the document's name; `None` where there is no such image.
     names: BTreeMap<String, Option<Known>>,
@@ -55,7 +56,7 @@ pub(super) struct Images<'a> {
 
 impl<'a> Images<'a> {
     /// Of an asset's textures, none yet.
-    pub(super) fn new(asset: &'a Asset, limits: TextureLimits) -> Self {
+    pub(super) fn new(asset: &'a Asset, limits: Limits) -> Self {
         Self {
             asset,
             limits,
@@ -78,7 +79,7 @@ impl<'a> Images<'a> {
 
     /// The pixels of a texture.
     pub(super) fn pixels(&self, name: &str) -> Option<Image> {
-        load_texture(&self.asset.find(name).ok()?, self.limits).ok()
+        load_texture(&self.asset.find(name).ok()?, &self.limits).ok()
     }
 
     /// Adds a picture that was made here, named after a texture.
@@ -116,9 +117,7 @@ impl<'a> Images<'a> {
             return Ok(*known);
         }
         let bytes = match &found.data {
-            TextureData::OnDisk(path) => {
-                aam::read_bytes(path, self.limits.max_file_size).map_err(|e| e.to_string())?.into()
-            }
+            TextureData::OnDisk(path) => aam::read_bytes(path, &self.limits).map_err(|e| e.to_string())?.into(),
             TextureData::InMemory(bytes) => Arc::clone(bytes),
         };
         let found = FoundTexture { key: found.key, data: TextureData::InMemory(bytes.clone()) };
@@ -128,13 +127,13 @@ impl<'a> Images<'a> {
             _ => None,
         };
         let known = if let Some((mime, extension, color)) = copied {
-            let transparent = color.has_alpha() && is_transparent(&load_texture(&found, self.limits)?);
+            let transparent = color.has_alpha() && is_transparent(&load_texture(&found, &self.limits)?);
             let file = self.asset.textures.get(name).cloned().unwrap_or(TextureFile::InMemory(bytes));
             let path = self.path_of(name, extension);
             self.entries.push(Entry { path, mime, bytes: file });
             Known { entry: self.entries.len() as Index - 1, transparent }
         } else {
-            let image = load_texture(&found, self.limits)?;
+            let image = load_texture(&found, &self.limits)?;
             let (color, pixels) = eight_bits(&image);
             let bytes = encode(image.width, image.height, color, &pixels).map_err(|error| error.to_string())?;
             let subject = format!("texture \"{name}\"");
@@ -199,7 +198,7 @@ impl<'a> Images<'a> {
         let mut images = Vec::new();
         for entry in self.entries {
             let view = match &entry.bytes {
-                TextureFile::OnDisk(path) => buffers.file(&aam::read_bytes(path, self.limits.max_file_size)?),
+                TextureFile::OnDisk(path) => buffers.file(&aam::read_bytes(path, &self.limits)?),
                 TextureFile::InMemory(bytes) => buffers.file(bytes),
             };
             images.push(json::Image {

@@ -32,9 +32,10 @@ mod uv_transform;
 
 use std::collections::BTreeMap;
 
+use aam::Limits;
 use aam::document::Flagged;
 use aam::meaning::{has_local_coordinates, world_transforms};
-use aam_scene::{Aabb, TextureLimits};
+use aam_scene::Aabb;
 use glam::Vec3;
 
 use crate::files::Files;
@@ -59,7 +60,7 @@ pub(crate) enum Container {
 ///
 /// # Errors
 /// Positions that are not numbers, textures that cannot be read, or more data than the container holds.
-pub(crate) fn export(asset: &Asset, stem: &str, container: Container) -> Result<Files, ConvertError> {
+pub(crate) fn export(asset: &Asset, stem: &str, container: Container, limits: &Limits) -> Result<Files, ConvertError> {
     let mut notes = Notes::default();
     let model = Model::of(&asset.document)?;
     let mut root = Root {
@@ -67,7 +68,7 @@ pub(crate) fn export(asset: &Asset, stem: &str, container: Container) -> Result<
         ..Root::default()
     };
     let mut buffers = Buffers::default();
-    let mut images = Images::new(asset, TextureLimits::default());
+    let mut images = Images::new(asset, *limits);
 
     let materials = material::build(&model, &mut images, &mut notes)?;
     let material_of: Vec<(Index, bool)> =

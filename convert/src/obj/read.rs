@@ -103,7 +103,7 @@ fn libraries(
                     continue;
                 }
             };
-            let bytes = match read_bytes(&library, options.max_file_size) {
+            let bytes = match read_bytes(&library, &options.limits) {
                 Ok(bytes) => bytes,
                 Err(error) => {
                     report.lost("", "material library", error.to_string());

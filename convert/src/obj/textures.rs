@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use aam_scene::{FolderTextures, FoundTexture, Image, TextureData, TextureLimits, TextureSource, load_texture};
+use aam_scene::{FolderTextures, FoundTexture, Image, TextureData, TextureSource, load_texture};
 
 use crate::files::{nameable, within};
 use crate::picture::{Encoded, combined_alpha, heights_to_normals, looks_like_normals, mean};
@@ -39,7 +39,7 @@ impl Textures {
     pub(super) fn new(obj: &Path, options: &ImportOptions) -> Self {
         let mut finder = FolderTextures::beside(obj);
         finder.allow_outside = options.allow_outside;
-        finder.limits = TextureLimits { max_pixels: options.max_texture_pixels, max_file_size: options.max_file_size };
+        finder.limits = options.limits;
         let folder = obj.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
         Self {
             finder,
@@ -112,7 +112,7 @@ impl Textures {
 
     pub(super) fn load(&self, picture: &Picture) -> Result<Image, String> {
         let found = picture.found.as_ref().ok_or("there is no such file")?;
-        load_texture(found, self.finder.limits())
+        load_texture(found, &self.finder.limits)
     }
 
     /// A tangent-space normal map for a height map, or `None` if the picture holds normals already (as many exporters

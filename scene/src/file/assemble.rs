@@ -122,7 +122,7 @@ fn hidden(nodes: &[Node]) -> Vec<NodeEntry> {
 fn picture(scene_file: &Path, path: &Path) -> Result<Image, String> {
     let source = FolderTextures::beside(scene_file);
     let name = path.to_str().ok_or("the name is not Unicode")?;
-    load_texture(&source.find(name)?, source.limits())
+    load_texture(&source.find(name)?, &source.limits())
 }
 
 fn warning(code: &'static str, subject: String, message: String) -> Finding {

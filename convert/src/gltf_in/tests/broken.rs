@@ -78,12 +78,14 @@ fn what_is_not_supported_names_the_way_out() {
     }
 }
 
+#[track_caller]
+fn refused(file: &Builder, options: &ImportOptions, says: &str) {
+    let error = file.try_import(options).expect_err(says).to_string();
+    assert!(error.contains(says), "{error}");
+}
+
 #[test]
 fn few_bytes_do_not_ask_for_much_memory() {
-    let refused = |file: &Builder, options: &ImportOptions, says: &str| {
-        let error = file.try_import(options).expect_err(says).to_string();
-        assert!(error.contains(says), "{error}");
-    };
     let default = ImportOptions::default();
     // An accessor that no bytes stand behind.
     let mut zeros = Builder::triangle();
@@ -124,7 +126,28 @@ fn few_bytes_do_not_ask_for_much_memory() {
         refused(&Builder::triangle(), &ImportOptions { frames_per_second: rate, ..ImportOptions::default() }, "--fps");
     }
     // More bytes than the options allow.
-    refused(&Builder::triangle(), &ImportOptions { max_file_size: 100, ..ImportOptions::default() }, "limit");
+    refused(&Builder::triangle(), &limited(Limits { file_size: 100, ..Limits::DEFAULT }), "limit");
+}
+
+#[test]
+fn limits_are_those_of_the_user() {
+    let mut file = Builder::triangle();
+    file.push("nodes", json!({ "mesh": 0 }));
+    let exact = Limits { objects: 2, vertices: 6, triangles: 2, frames: 1, ..Limits::DEFAULT };
+    assert_eq!(file.import_with(&limited(exact)).document.objects().len(), 2);
+    for (limits, option) in [
+        (
+            Limits { objects: 1, ..exact },
+            "2 objects over all frames are more than the limit of 1; raise it with --max-objects",
+        ),
+        (
+            Limits { vertices: 5, ..exact },
+            "6 vertices over all frames are more than the limit of 5; raise it with --max-vertices",
+        ),
+        (Limits { triangles: 1, ..exact }, "2 triangles are more than the limit of 1; raise it with --max-triangles"),
+    ] {
+        refused(&file, &limited(limits), option);
+    }
 }
 
 #[test]

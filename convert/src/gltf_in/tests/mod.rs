@@ -15,6 +15,7 @@ mod textures;
 
 use std::path::PathBuf;
 
+use aam::Limits;
 use aam::document::{MaterialBody, Object, SingleMaterial};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -22,6 +23,11 @@ use tempfile::TempDir;
 use crate::{Asset, ConvertError, ImportOptions, Outcome, Silent};
 
 pub(super) use builder::{Builder, png};
+
+/// Default options but for the limits.
+pub(super) fn limited(limits: Limits) -> ImportOptions {
+    ImportOptions { limits, ..ImportOptions::default() }
+}
 
 impl Builder {
     /// What the importer makes of it.

@@ -14,8 +14,7 @@ const HIERARCHY: ImportOptions = ImportOptions {
     keep_uvs: false,
     allow_outside: false,
     up: None,
-    max_file_size: 1 << 30,
-    max_texture_pixels: 1 << 24,
+    limits: Limits::DEFAULT,
 };
 
 /// The first triangle of an object in the world, in glTF's axes, whatever the form of the document.

@@ -245,7 +245,7 @@ fn undecodable_pictures_are_used_unseen() {
 #[test]
 fn pictures_beyond_the_limit_are_not_decoded() {
     let file = textured(&png(64, 64, |_, _| [1, 2, 3, 4]), json!({}));
-    let asset = file.import_with(&ImportOptions { max_texture_pixels: 1000, ..ImportOptions::default() });
+    let asset = file.import_with(&limited(Limits { texture_pixels: 1000, ..Limits::DEFAULT }));
     assert!(notes(&asset, "picture").contains("64 × 64"), "{}", notes(&asset, "picture"));
 }
 
