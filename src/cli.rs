@@ -268,7 +268,8 @@ Examples:
   aam render model.aam -o turn.png --turntable 36          turn_00.png … turn_35.png
   aam render model.aam -o '{n}.png' --turntable 36         00.png … 35.png
   aam render model.aam -o - > picture.png
-  aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows";
+  aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows
+  aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4";
 
 #[derive(Debug, Args)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -312,9 +313,15 @@ pub(crate) struct RenderArgs {
     /// Samples for each pixel of the reference engine
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
-    /// Hard shadows (reference engine)
-    #[arg(long)]
-    pub(crate) shadows: bool,
+    /// Shadows of lights as large as the scene file says, or with =point hard ones (reference engine)
+    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, default_missing_value = "area")]
+    pub(crate) shadows: Option<LightSize>,
+    /// Shadow rays to each light that has a size, for each sample (reference engine)
+    #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) light_samples: u32,
+    /// Light that surfaces give on to each other, so many times, in linear light and with shadows (reference engine)
+    #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(0..=1024))]
+    pub(crate) bounces: u32,
     /// Frame of the animation, from 0
     #[arg(long, value_name = "F", default_value = "0", value_parser = args::not_negative)]
     pub(crate) frame: f32,
@@ -334,6 +341,14 @@ pub(crate) enum Shading {
     Source,
     /// Decoded from sRGB first, encoded last
     Linear,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LightSize {
+    /// Every light is a point
+    Point,
+    /// Lights are as large as the scene file says
+    Area,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

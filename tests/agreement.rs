@@ -42,8 +42,14 @@ const CASES: &[Case] = &[
     case("demo-spheres.scene.toml", 0.004),
     case("demo-teapot.scene.toml", 0.003),
     case("demo-torus.scene.toml", 0.005),
+    case("blade.scene.toml", 0.002),
+    case("boxroom.scene.toml", 0.0045),
+    case("sheets.scene.toml", 0.0025),
     case("smoothing.scene.toml", 0.005),
     case("smoothing-blender.scene.toml", 0.005),
+    // The same, thin or far away: more of the picture is edges.
+    case("fence.scene.toml", 0.0095),
+    case("landscape.scene.toml", 0.02),
     // Textures: a GPU chooses the mip level by the longer side of a pixel's footprint, which blurs what is seen at a slant.
     case("binary.scene.toml", 0.006),
     case("character.scene.toml", 0.014),

@@ -5,7 +5,7 @@
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
-use aam_reference::{Error, Options, Stats, render};
+use aam_reference::{Error, LightSize, Options, Stats, render};
 use aam_scene::{
     Aabb, Background, Falloff, Light, LightKind, Material, MaterialId, Mesh, MeshId, Node, Scene, Subset, View,
 };
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = bumpy_sphere(triangles);
     let view = View { camera: scene.fitting_camera(4.0 / 3.0), width: 1024, height: 768, frame: 0.0 };
     for (name, threads) in [("1 thread", NonZeroUsize::new(1)), ("all threads", None)] {
-        for (what, shadows) in [("camera rays", false), ("with shadow rays", true)] {
+        for (what, shadows) in [("camera rays", None), ("with shadow rays", Some(LightSize::Point))] {
             let options = Options { samples_per_pixel: 4, shadows, threads, ..Options::default() };
             report(&format!("{name}, {what}"), render(&scene, &view, &options).map(|(_, stats)| stats))?;
         }

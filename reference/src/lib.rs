@@ -9,43 +9,56 @@
 //! - Textures are filtered over the area that a *sample* covers, from exact derivatives: with many samples this tends to
 //!   the mean over the pixel's true, stretched footprint, which a GPU's mip-mapping blurs where it is seen at a slant.
 //! - Transparency composites all surfaces along each ray in depth order, also where triangles intersect.
-//! - Hard shadows are rays, without a map's resolution or bias.
+//! - Shadows are rays, without a map's resolution or bias: to the light as a point, or to many points of its extent.
+//! - Light may bounce between surfaces any number of times.
+//!
+//! [`render`] gives a picture, [`radiance`] the same in floats that are not cut at white, and [`visibility`] the share of
+//! each light that each pixel's surface sees, with its standard error.
 
 mod bvh;
 mod camera;
 mod colour;
+mod extent;
 mod frame;
 mod geometry;
 mod light;
 mod options;
+mod path;
 mod picture;
+mod sampling;
 mod shade;
 mod surface;
 mod texture;
+mod visibility;
+mod work;
 
-use std::cell::Cell;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use aam_scene::{Image, Pixels, Scene, View};
+use aam_scene::{Image, Pixels, Scene, Shading, View};
 use glam::{Vec2, Vec4};
-use rayon::prelude::*;
 
 use crate::bvh::Ray;
 use crate::camera::RayMaker;
-use crate::geometry::{Geometry, Hits};
-use crate::light::Lamp;
+use crate::geometry::Hits;
 use crate::picture::Backdrop;
-use crate::shade::Shader;
-use crate::surface::Surfaces;
+use crate::sampling::Points;
+use crate::shade::{Counts, Sample, Shader};
+use crate::work::{World, each_pixel};
 
-pub use options::{Error, Options, Stats};
+pub use options::{Error, LightSize, Options, Stats};
+pub use visibility::{Seen, Visibility, visibility};
 
 /// The longest side of a picture, in pixels.
 pub const MAX_SIDE: u32 = 32_768;
 
 /// The most samples a pixel.
 pub const MAX_SAMPLES: u32 = 4096;
+
+/// The most shadow rays from one point to one light.
+pub const MAX_LIGHT_SAMPLES: u32 = 1 << 16;
+
+/// The most reflections between surfaces.
+pub const MAX_BOUNCES: u32 = 1024;
 
 /// The most triangles in a scene, counting every instance; they take about 150 bytes each.
 pub const MAX_TRIANGLES: usize = 1 << 26;
@@ -56,80 +69,75 @@ pub const MAX_LIGHTS: usize = 64;
 /// The largest coordinate in the world, in metres; triangles beyond it are left out.
 pub const MAX_COORDINATE: f32 = 1e12;
 
-/// Rows of the picture that are one piece of work, and the side of the blocks that a piece is drawn in.
-const BLOCK: usize = 8;
+/// A picture in floats.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Radiance {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Colour and alpha of each pixel, the top row first, in the values that lighting computes on: linear light in linear
+    /// shading. The colour is multiplied with its alpha and may exceed it.
+    pub pixels: Vec<Vec4>,
+    /// Standard error of each pixel's mean over the three channels, from how much its samples differ. An upper estimate,
+    /// since stratified samples differ more than their means do; 0 with one sample.
+    pub standard_error: Vec<f32>,
+}
 
 /// Draws one view of a scene as 8-bit RGBA with straight alpha.
 ///
 /// The same scene, view and options give the same bytes on any number of threads.
 ///
 /// # Errors
-/// The size, the number of samples or the camera cannot be used, or the scene is too large.
+/// The size, an option or the camera cannot be used, or the scene is too large.
 pub fn render(scene: &Scene, view: &View, options: &Options<'_>) -> Result<(Image, Stats), Error> {
-    let (width, height) = (view.width, view.height);
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return Err(Error::Size { width, height });
-    }
-    if !(1..=MAX_SAMPLES).contains(&options.samples_per_pixel) {
-        return Err(Error::Samples(options.samples_per_pixel));
-    }
-    let rays = RayMaker::new(view)?;
-    let Some(threads) = options.threads else { return draw(scene, view, &rays, options) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build();
-    let pool = pool.map_err(|error| Error::Threads { threads: threads.get(), reason: error.to_string() })?;
-    pool.install(|| draw(scene, view, &rays, options))
+    // Samples of bounced light vary, and cutting each at white would darken their mean.
+    let clamp = options.bounces == 0;
+    let (bytes, stats) = draw(scene, view, options, clamp, |(color, _), shading| picture::to_bytes(color, shading))?;
+    let pixels = Pixels::Rgba8(bytes.into_flattened());
+    Ok((Image { width: view.width, height: view.height, pixels }, stats))
 }
 
-fn draw(scene: &Scene, view: &View, rays: &RayMaker, options: &Options<'_>) -> Result<(Image, Stats), Error> {
-    let start = Instant::now();
-    let shading = options.shading.unwrap_or(scene.shading);
-    let (lights, camera_light) = scene.effective_lights(&view.camera);
-    if lights.len() > MAX_LIGHTS {
-        return Err(Error::Lights(lights.len()));
-    }
-    let mut surfaces = Surfaces::new(scene, shading);
-    let geometry = Geometry::new(scene, frame::index(view.frame), &mut surfaces)?;
-    let textures = surfaces.into_textures();
-    let lamps = lights.iter().map(Lamp::new).collect();
-    let shader = Shader { geometry: &geometry, textures: &textures, lamps, shading, shadows: options.shadows };
-    let backdrop = Backdrop::new(options.background.as_ref().unwrap_or(&scene.background), shading);
-    let build = start.elapsed();
+/// Draws one view of a scene in floats. Surfaces are not clamped to `[0, 1]`, otherwise it is the picture of [`render`].
+///
+/// # Errors
+/// As for [`render`].
+pub fn radiance(scene: &Scene, view: &View, options: &Options<'_>) -> Result<(Radiance, Stats), Error> {
+    let (pairs, stats) = draw(scene, view, options, false, |pixel, _| pixel)?;
+    let (pixels, standard_error) = pairs.into_iter().unzip();
+    Ok((Radiance { width: view.width, height: view.height, pixels, standard_error }, stats))
+}
 
-    let start = Instant::now();
-    let (width, height) = (view.width as usize, view.height as usize);
-    let mut bytes = vec![0; 4 * width * height];
-    let pattern = camera::sample_pattern(options.samples_per_pixel);
-    let (finished, shadow_rays) = (AtomicU64::new(0), AtomicU64::new(0));
-    bytes.par_chunks_mut(4 * width * BLOCK).enumerate().for_each(|(band, bytes)| {
-        let counter = Cell::new(0);
-        let pixel = Pixel { rays, shader: &shader, backdrop: &backdrop, pattern: &pattern, shadow_rays: &counter };
-        let rows = bytes.len() / (4 * width);
-        // In blocks, so that neighbouring rays meet the same part of the hierarchy.
-        for left in (0..width).step_by(BLOCK) {
-            for row in 0..rows {
-                for x in left..(left + BLOCK).min(width) {
-                    let color = pixel.color(x, band * BLOCK + row);
-                    let place = 4 * (row * width + x);
-                    bytes[place..place + 4].copy_from_slice(&picture::to_bytes(color, shading));
-                }
-            }
+fn draw<T: Copy + Default + Send>(
+    scene: &Scene,
+    view: &View,
+    options: &Options<'_>,
+    clamp: bool,
+    convert: impl Fn((Vec4, f32), Shading) -> T + Sync,
+) -> Result<(Vec<T>, Stats), Error> {
+    work::with_threads(options, || {
+        let rays = RayMaker::new(view)?;
+        let start = Instant::now();
+        let world = World::new(scene, view, options)?;
+        if options.bounces > 0 && world.shading == Shading::Source {
+            return Err(Error::BouncesInSource);
         }
-        shadow_rays.fetch_add(counter.get(), Ordering::Relaxed);
-        let rows = finished.fetch_add(rows as u64, Ordering::Relaxed) + rows as u64;
-        if let Some(progress) = options.progress {
-            progress(rows as f32 / height as f32);
-        }
-    });
-    let stats = Stats {
-        triangles: geometry.faces.len(),
-        skipped_triangles: geometry.skipped,
-        camera_rays: pattern.len() as u64 * width as u64 * height as u64,
-        shadow_rays: shadow_rays.into_inner(),
-        build,
-        trace: start.elapsed(),
-        camera_light,
-    };
-    Ok((Image { width: view.width, height: view.height, pixels: Pixels::Rgba8(bytes) }, stats))
+        let shader = world.shader(options);
+        let backdrop = Backdrop::new(options.background.as_ref().unwrap_or(&scene.background), world.shading);
+        let mut stats = world.stats(start.elapsed());
+        let start = Instant::now();
+        let pattern = camera::sample_pattern(options.samples_per_pixel);
+        let points = Points::new(options.seed);
+        let (pixels, counts) = each_pixel(view, options.progress, |x, y, counts| {
+            let points = points.of(y as u32 * view.width + x as u32);
+            let pixel = Pixel { rays: &rays, shader: &shader, backdrop: &backdrop, pattern: &pattern, points, clamp };
+            convert(pixel.color(x, y, counts), world.shading)
+        });
+        stats.camera_rays = pattern.len() as u64 * u64::from(view.width) * u64::from(view.height);
+        (stats.shadow_rays, stats.bounce_rays) = counts;
+        stats.trace = start.elapsed();
+        Ok((pixels, stats))
+    })
 }
 
 /// What a pixel's colour is made with.
@@ -138,19 +146,30 @@ struct Pixel<'a> {
     shader: &'a Shader<'a>,
     backdrop: &'a Backdrop,
     pattern: &'a [Vec2],
-    shadow_rays: &'a Cell<u64>,
+    points: Points,
+    clamp: bool,
 }
 
 impl Pixel<'_> {
-    /// The mean over the pixel, multiplied with its alpha, in the values that lighting computes on.
-    fn color(&self, x: usize, y: usize) -> Vec4 {
+    /// The mean over the pixel, multiplied with its alpha, in the values that lighting computes on; and its standard
+    /// error.
+    fn color(&self, x: usize, y: usize, counts: &Counts) -> (Vec4, f32) {
         let corner = Vec2::new(x as f32, y as f32);
-        let sum: Vec4 = self.pattern.iter().map(|offset| self.sample(corner + offset)).sum();
-        sum / self.pattern.len() as f32
+        let (mut sum, mut greys, mut squares) = (Vec4::ZERO, 0.0, 0.0);
+        for (index, offset) in (0..).zip(self.pattern) {
+            let color = self.sample(corner + offset, &Sample { points: self.points, index, counts });
+            let grey = f64::from(color.truncate().element_sum()) / 3.0;
+            sum += color;
+            greys += grey;
+            squares += grey * grey;
+        }
+        let count = self.pattern.len() as f64;
+        let variance = (squares - greys * greys / count).max(0.0) / (count * (count - 1.0).max(1.0));
+        (sum / count as f32, variance.sqrt() as f32)
     }
 
     /// What one ray sees: surfaces front to back, then the background.
-    fn sample(&self, at: Vec2) -> Vec4 {
+    fn sample(&self, at: Vec2, sample: &Sample<'_>) -> Vec4 {
         let footprint = 1.0 / (self.pattern.len() as f32).sqrt();
         let camera_ray = self.rays.ray(at);
         let ray = Ray::new(camera_ray.origin, camera_ray.direction);
@@ -161,11 +180,11 @@ impl Pixel<'_> {
         loop {
             self.shader.geometry.collect(&ray, (self.rays.near, self.rays.far), last, &mut hits);
             for hit in hits.as_slice() {
-                let Some((color, alpha)) = self.shader.shade(&camera_ray, hit, footprint, self.shadow_rays) else {
-                    continue;
-                };
-                sum += color.extend(1.0) * (alpha * through);
-                through *= 1.0 - alpha;
+                let Some(vertex) = self.shader.seen(&camera_ray, hit, footprint) else { continue };
+                let color = self.shader.outgoing(&vertex, sample, 0) + self.shader.bounced(&vertex, sample);
+                let color = if self.clamp { colour::saturate(color) } else { color };
+                sum += color.extend(1.0) * (vertex.alpha * through);
+                through *= 1.0 - vertex.alpha;
                 // Beyond this nothing changes a byte.
                 if through < 1e-4 {
                     return sum;

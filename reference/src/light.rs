@@ -1,8 +1,9 @@
 //! Lights as a point sees them.
 
 use aam_scene::{Falloff, Light, LightKind};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
+use crate::extent::{self, Extent};
 use crate::surface::or_zero;
 
 /// A light with its constants worked out.
@@ -13,6 +14,7 @@ pub(crate) struct Lamp {
     pub(crate) specular: Vec3,
     /// `None` where the place or the direction is unusable: such a light is only ambient.
     source: Option<Source>,
+    extent: Option<Extent>,
 }
 
 #[derive(Clone, Debug)]
@@ -28,19 +30,20 @@ struct Cone {
     scale: f32,
 }
 
-/// What reaches a point from a light.
+/// What reaches a point from a light, or from a point of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Incident {
     /// Unit vector towards the light.
     pub(crate) towards: Vec3,
-    /// Factor for falloff and cone.
+    /// Factor for falloff, cone and extent; may be 0.
     pub(crate) strength: f32,
     /// Distance to the light.
     pub(crate) distance: f32,
 }
 
 impl Lamp {
-    pub(crate) fn new(light: &Light) -> Self {
+    /// `middle` is what flat point lights face.
+    pub(crate) fn new(light: &Light, middle: Vec3, up: Vec3) -> Self {
         let color = |color: Vec3| Vec3::from_array(color.to_array().map(or_zero));
         let source = match light.kind {
             LightKind::Directional { direction } => {
@@ -57,17 +60,55 @@ impl Lamp {
                 })
             }
         };
-        Self { ambient: color(light.ambient), diffuse: color(light.diffuse), specular: color(light.specular), source }
+        let facing = source.as_ref().map(|source| match source {
+            Source::Directional { towards } => -*towards,
+            Source::Point { cone: Some(cone), .. } => cone.axis,
+            Source::Point { position, .. } => (middle - position).normalize_or(Vec3::NEG_Z),
+        });
+        let extent = light.shape.as_ref().zip(facing).and_then(|(shape, facing)| Extent::new(shape, facing, up));
+        let [ambient, diffuse, specular] = [light.ambient, light.diffuse, light.specular].map(color);
+        Self { ambient, diffuse, specular, source, extent }
     }
 
-    /// `None` where only the ambient term reaches the point.
+    /// True where the light shines from more than one point.
+    pub(crate) fn is_extended(&self) -> bool {
+        self.extent.is_some()
+    }
+
+    /// From the middle of the light; `None` where only the ambient term reaches the point.
     pub(crate) fn at(&self, point: Vec3) -> Option<Incident> {
+        self.from(point, Vec3::ZERO).filter(|incident| incident.strength > 0.0)
+    }
+
+    /// From one point of the light, chosen by a point of the unit square. The mean over the square is the light.
+    pub(crate) fn sample(&self, point: Vec3, sample: Vec2) -> Option<Incident> {
+        match self.extent? {
+            Extent::Flat(flat) => self.from(point, flat.offset(sample)),
+            Extent::Sphere(radius) => {
+                let middle = self.from(point, Vec3::ZERO)?;
+                let far = middle.distance.is_infinite();
+                let sine = if far { radius } else { radius / middle.distance }.min(1.0);
+                let seen = extent::cone(middle.towards, sine, sample);
+                let distance = if far {
+                    f32::INFINITY
+                } else {
+                    let aside = middle.distance * (seen.aside * (2.0 - seen.aside)).max(0.0).sqrt();
+                    let deep = (radius * radius - aside * aside).max(0.0).sqrt();
+                    (middle.distance * (1.0 - seen.aside) - deep).max(0.0)
+                };
+                Some(Incident { towards: seen.towards, strength: middle.strength * seen.weight, distance })
+            }
+        }
+    }
+
+    /// From a place beside the light's; for a light at infinity, as much to the side as at a distance of 1.
+    fn from(&self, point: Vec3, beside: Vec3) -> Option<Incident> {
         match self.source.as_ref()? {
             Source::Directional { towards } => {
-                Some(Incident { towards: *towards, strength: 1.0, distance: f32::INFINITY })
+                Some(Incident { towards: (*towards + beside).normalize(), strength: 1.0, distance: f32::INFINITY })
             }
             Source::Point { position, falloff, cone } => {
-                let offset = position - point;
+                let offset = position + beside - point;
                 let distance = offset.length();
                 let towards = offset.try_normalize()?;
                 let weakened = match falloff {
@@ -78,8 +119,7 @@ impl Lamp {
                     let slope = ((-towards).dot(cone.axis) - cone.cos_outer) * cone.scale;
                     slope.clamp(0.0, 1.0).powi(2)
                 });
-                let strength = weakened * inside;
-                (strength > 0.0).then_some(Incident { towards, strength, distance })
+                Some(Incident { towards, strength: weakened * inside, distance })
             }
         }
     }
@@ -87,6 +127,8 @@ impl Lamp {
 
 #[cfg(test)]
 mod tests {
+    use aam_scene::LightShape;
+
     use super::*;
 
     fn light(kind: LightKind) -> Light {
@@ -95,7 +137,9 @@ mod tests {
 
     #[test]
     fn falloff_and_cone_follow_their_formulas() {
-        let at = |kind: LightKind, point: Vec3| Lamp::new(&light(kind)).at(point).map(|incident| incident.strength);
+        let at = |kind: LightKind, point: Vec3| {
+            Lamp::new(&light(kind), Vec3::ZERO, Vec3::Z).at(point).map(|incident| incident.strength)
+        };
         let position = Vec3::new(0.0, 0.0, 4.0);
         let point = |falloff| LightKind::Point { position, falloff };
         assert_eq!(at(point(Falloff::None), Vec3::ZERO), Some(1.0));
@@ -124,8 +168,10 @@ mod tests {
         for kind in [nowhere, aimless] {
             let mut light = light(kind);
             light.ambient = Vec3::new(0.5, -1.0, f32::NAN);
-            let lamp = Lamp::new(&light);
+            light.shape = Some(LightShape::Disc { radius: 1.0 });
+            let lamp = Lamp::new(&light, Vec3::ZERO, Vec3::Z);
             assert_eq!((lamp.at(Vec3::X), lamp.ambient), (None, Vec3::new(0.5, 0.0, 0.0)));
+            assert!(!lamp.is_extended());
         }
     }
 }

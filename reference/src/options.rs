@@ -5,16 +5,36 @@ use std::num::NonZeroUsize;
 use std::time::Duration;
 
 use aam_scene::{Background, Shading};
+use glam::Vec3;
 use thiserror::Error;
 
-/// How to draw. [`Options::default`] is 16 samples a pixel without shadows, on all cores.
+/// How large lights are taken to be where shadows are cast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightSize {
+    /// All are points: hard shadows.
+    Point,
+    /// As large as [`aam_scene::Light::shape`] says.
+    Area,
+}
+
+/// How to draw. [`Options::default`] is 16 samples a pixel without shadows and bounces, on all cores.
 #[derive(Clone)]
 pub struct Options<'a> {
     /// Camera rays a pixel, rounded up to the next square `n²` (an `n` × `n` stratified pattern); 1 to 4096.
     pub samples_per_pixel: u32,
-    /// Hard shadows: a light's diffuse and specular terms reach only points that see its position. Emission, ambient
-    /// and light maps stay. Transparent surfaces in between let `1 − α` through.
-    pub shadows: bool,
+    /// Shadows: a light's diffuse and specular terms reach only points that see it, or in part those that see a part of
+    /// it. Emission, ambient and light maps stay. Transparent surfaces in between let `1 − α` through.
+    pub shadows: Option<LightSize>,
+    /// Shadow rays to each light that has a size, for each camera ray; 1 to 65,536, best a power of two.
+    pub light_samples: u32,
+    /// How often light may be reflected between surfaces on its way from one that is lit or shines to the one seen: 0 to
+    /// 1024. Above 0 the shading must be linear, and bounced light takes the place of the lights' ambient colours.
+    pub bounces: u32,
+    /// Radiance that reaches surfaces from where there is no other surface, if light bounces. The camera sees the
+    /// background there all the same.
+    pub environment: Vec3,
+    /// Chooses among equally good random numbers for lights with a size and for bounces.
+    pub seed: u32,
     /// Replaces [`aam_scene::Scene::shading`].
     pub shading: Option<Shading>,
     /// Replaces [`aam_scene::Scene::background`].
@@ -27,7 +47,34 @@ pub struct Options<'a> {
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { samples_per_pixel: 16, shadows: false, shading: None, background: None, threads: None, progress: None }
+        Self {
+            samples_per_pixel: 16,
+            shadows: None,
+            light_samples: 16,
+            bounces: 0,
+            environment: Vec3::ZERO,
+            seed: 0,
+            shading: None,
+            background: None,
+            threads: None,
+            progress: None,
+        }
+    }
+}
+
+impl Options<'_> {
+    /// Refuses what is out of range.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        if !(1..=crate::MAX_SAMPLES).contains(&self.samples_per_pixel) {
+            return Err(Error::Samples(self.samples_per_pixel));
+        }
+        if !(1..=crate::MAX_LIGHT_SAMPLES).contains(&self.light_samples) {
+            return Err(Error::LightSamples(self.light_samples));
+        }
+        if self.bounces > crate::MAX_BOUNCES {
+            return Err(Error::Bounces(self.bounces));
+        }
+        Ok(())
     }
 }
 
@@ -36,6 +83,10 @@ impl fmt::Debug for Options<'_> {
         f.debug_struct("Options")
             .field("samples_per_pixel", &self.samples_per_pixel)
             .field("shadows", &self.shadows)
+            .field("light_samples", &self.light_samples)
+            .field("bounces", &self.bounces)
+            .field("environment", &self.environment)
+            .field("seed", &self.seed)
             .field("shading", &self.shading)
             .field("background", &self.background)
             .field("threads", &self.threads)
@@ -55,6 +106,8 @@ pub struct Stats {
     pub camera_rays: u64,
     /// Rays to lights.
     pub shadow_rays: u64,
+    /// Rays from surface to surface.
+    pub bounce_rays: u64,
     /// Time to flatten the scene and to build the bounding volume hierarchy and the mipmaps.
     pub build: Duration,
     /// Time to trace and shade all rays.
@@ -64,10 +117,11 @@ pub struct Stats {
 }
 
 impl Stats {
-    /// Rays of both kinds a second of tracing; 0 when nothing was traced.
+    /// Rays of all kinds a second of tracing; 0 when nothing was traced.
     pub fn rays_per_second(&self) -> f64 {
         let seconds = self.trace.as_secs_f64();
-        if seconds > 0.0 { (self.camera_rays + self.shadow_rays) as f64 / seconds } else { 0.0 }
+        let rays = self.camera_rays + self.shadow_rays + self.bounce_rays;
+        if seconds > 0.0 { rays as f64 / seconds } else { 0.0 }
     }
 }
 
@@ -86,6 +140,15 @@ pub enum Error {
     /// The number of samples is out of range.
     #[error("{0} samples per pixel cannot be drawn: use 1 to {limit}", limit = crate::MAX_SAMPLES)]
     Samples(u32),
+    /// The number of shadow rays is out of range.
+    #[error("{0} shadow rays to a light cannot be drawn: use 1 to {limit}", limit = crate::MAX_LIGHT_SAMPLES)]
+    LightSamples(u32),
+    /// The number of bounces is out of range.
+    #[error("{0} bounces cannot be drawn: use 0 to {limit}", limit = crate::MAX_BOUNCES)]
+    Bounces(u32),
+    /// Bounced light was asked for where colours are not decoded.
+    #[error("light that bounces can be computed in linear shading only")]
+    BouncesInSource,
     /// The camera cannot see.
     #[error("the camera cannot be used: {0}")]
     Camera(String),

@@ -10,6 +10,8 @@ use crate::camera::CameraRay;
 use crate::colour;
 use crate::geometry::{Geometry, Hit};
 use crate::light::{Incident, Lamp};
+use crate::options::LightSize;
+use crate::sampling::Points;
 use crate::surface::{Map, Surface};
 use crate::texture::Texture;
 
@@ -18,9 +20,59 @@ use crate::texture::Texture;
 pub(crate) struct Shader<'a> {
     pub(crate) geometry: &'a Geometry<'a>,
     pub(crate) textures: &'a [Texture],
-    pub(crate) lamps: Vec<Lamp>,
+    pub(crate) lamps: &'a [Lamp],
     pub(crate) shading: Shading,
-    pub(crate) shadows: bool,
+    pub(crate) shadows: Option<LightSize>,
+    pub(crate) light_samples: u32,
+    pub(crate) bounces: u32,
+    pub(crate) environment: Vec3,
+}
+
+/// Rays traced so far, apart from those of the camera.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    pub(crate) shadow_rays: Cell<u64>,
+    pub(crate) bounce_rays: Cell<u64>,
+}
+
+pub(crate) fn count(rays: &Cell<u64>) {
+    rays.set(rays.get() + 1);
+}
+
+/// One camera ray's share of random numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample<'a> {
+    /// Those of the pixel.
+    pub(crate) points: Points,
+    /// Which of the pixel's camera rays.
+    pub(crate) index: u32,
+    pub(crate) counts: &'a Counts,
+}
+
+/// What a pair of random numbers decides, at each surface that a path meets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Purpose {
+    Direction,
+    Choice,
+    Transparency(u32),
+    Light(usize),
+}
+
+impl Sample<'_> {
+    /// Point number `of_many.0` of `of_many.1` that this camera ray has for a purpose.
+    fn one_of(&self, of_many: (u32, u32), depth: u32, purpose: Purpose) -> Vec2 {
+        let pair = match purpose {
+            Purpose::Direction => 0,
+            Purpose::Choice => 1,
+            Purpose::Light(light) => 2 + light as u32,
+            Purpose::Transparency(layer) => 128 + layer % 128,
+        };
+        self.points.point(self.index * of_many.1 + of_many.0, 256 * depth + pair)
+    }
+
+    pub(crate) fn point(&self, depth: u32, purpose: Purpose) -> Vec2 {
+        self.one_of((0, 1), depth, purpose)
+    }
 }
 
 /// How far shadow rays start above their triangle, as a share of its largest coordinate: some 30 times the rounding
@@ -28,14 +80,33 @@ pub(crate) struct Shader<'a> {
 const LIFT: f32 = 32.0 * f32::EPSILON;
 
 /// A point to be lit.
-struct Spot {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spot {
     point: Vec3,
     /// Shading normal, unit, on the seen side.
-    normal: Vec3,
+    pub(crate) normal: Vec3,
     /// Unit vector towards the viewer.
-    view: Vec3,
+    pub(crate) view: Vec3,
     /// Off the surface, on the seen side.
-    lift: Vec3,
+    pub(crate) lift: Vec3,
+}
+
+impl Spot {
+    /// Where rays from it start.
+    pub(crate) fn origin(&self) -> Vec3 {
+        self.point + self.lift
+    }
+}
+
+/// What a ray met.
+#[derive(Debug)]
+pub(crate) struct Vertex<'a> {
+    pub(crate) surface: &'a Surface<'a>,
+    pub(crate) texel: Vec3,
+    pub(crate) alpha: f32,
+    /// What the surface gives back whatever the light, before the texel.
+    own: Vec3,
+    pub(crate) spot: Spot,
 }
 
 /// A hit's place on its mesh.
@@ -56,19 +127,10 @@ impl Place {
     }
 }
 
-impl Shader<'_> {
-    /// Colour in the values that lighting computes on, clamped to `[0, 1]`, and alpha; `None` where the fragment is
-    /// cut off. `footprint` is the share of a pixel's side that the ray stands for.
-    pub(crate) fn shade(
-        &self,
-        ray: &CameraRay,
-        hit: &Hit,
-        footprint: f32,
-        shadow_rays: &Cell<u64>,
-    ) -> Option<(Vec3, f32)> {
-        let face = self.geometry.faces[hit.face as usize];
-        let instance = &self.geometry.instances[face.instance as usize];
-        let surface = &self.geometry.surfaces[face.surface as usize];
+impl<'a> Shader<'a> {
+    /// What the camera sees at a hit; `None` where the fragment is cut off. `footprint` is the share of a pixel's side
+    /// that the ray stands for.
+    pub(crate) fn seen(&self, ray: &CameraRay, hit: &Hit, footprint: f32) -> Option<Vertex<'a>> {
         let [p0, p1, p2] = self.geometry.corners[hit.face as usize];
         let (e1, e2) = (p1 - p0, p2 - p0);
         let across = e1.cross(e2);
@@ -77,25 +139,39 @@ impl Shader<'_> {
             let (v, w) = (across.dot(step.cross(e2)), across.dot(e1.cross(step)));
             Vec3::new(-v - w, v, w)
         });
-        let place = self.place(hit, change);
+        self.vertex(ray.direction, hit, change)
+    }
 
+    /// What a ray of this direction meets at a hit; `None` where the fragment is cut off. `change` is that of the corner
+    /// weights over the area that the ray stands for.
+    pub(crate) fn vertex(&self, direction: Vec3, hit: &Hit, change: [Vec3; 2]) -> Option<Vertex<'a>> {
+        let face = self.geometry.faces[hit.face as usize];
+        let instance = &self.geometry.instances[face.instance as usize];
+        let surface = &self.geometry.surfaces[face.surface as usize];
+        let place = self.place(hit, change);
         let texel = self.diffuse(surface, &place);
         let alpha = self.coverage(surface, texel.w)?;
-        let color = match &surface.light_map {
-            Some(map) => surface.emission + surface.diffuse * self.sample(map, &place).truncate(),
-            None => {
-                let point = p0 * place.weights.x + p1 * place.weights.y + p2 * place.weights.z;
-                let view = -ray.direction.normalize_or_zero();
-                let outside = across * instance.winding;
-                let normal = instance.normal_matrix * self.object_normal(surface, &instance.normals, &place);
-                let normal = normal.normalize_or_zero();
-                let side = if outside.dot(view) < 0.0 { -1.0 } else { 1.0 };
-                let reach = [p0, p1, p2].map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f32::max);
-                let lift = outside.normalize_or_zero() * (side * reach * LIFT);
-                self.light(surface, &Spot { point, normal: normal * side, view, lift }, shadow_rays)
-            }
-        };
-        Some((colour::saturate(texel.truncate() * color), alpha))
+        let texel = texel.truncate();
+        let baked = surface.light_map.as_ref().map_or(Vec3::ZERO, |map| self.sample(map, &place).truncate());
+        let own = surface.emission + surface.diffuse * baked;
+        let [p0, p1, p2] = self.geometry.corners[hit.face as usize];
+        let point = p0 * place.weights.x + p1 * place.weights.y + p2 * place.weights.z;
+        let view = -direction.normalize_or_zero();
+        let outside = (p1 - p0).cross(p2 - p0) * instance.winding;
+        let normal = instance.normal_matrix * self.object_normal(surface, &instance.normals, &place);
+        let normal = normal.normalize_or_zero();
+        let side = if outside.dot(view) < 0.0 { -1.0 } else { 1.0 };
+        let reach = [p0, p1, p2].map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f32::max);
+        let lift = outside.normalize_or_zero() * (side * reach * LIFT);
+        let spot = Spot { point, normal: normal * side, view, lift };
+        Some(Vertex { surface, texel, alpha, own, spot })
+    }
+
+    /// The light that a surface shines with or gives back at once: its own and that of lights, in the values that
+    /// lighting computes on. `depth` counts the surfaces on the way from the camera.
+    pub(crate) fn outgoing(&self, vertex: &Vertex<'_>, sample: &Sample<'_>, depth: u32) -> Vec3 {
+        let lit = if vertex.surface.is_lit() { self.lit(vertex, sample, depth) } else { Vec3::ZERO };
+        vertex.texel * (vertex.own + lit)
     }
 
     /// The share of light that a surface in the way takes.
@@ -166,36 +242,61 @@ impl Shader<'_> {
         intensity * (texel.x * tangent.truncate() + texel.y * bitangent) + texel.z * normal
     }
 
-    /// C, the light that the surface gives back to the viewer before the texture.
-    fn light(&self, surface: &Surface<'_>, spot: &Spot, shadow_rays: &Cell<u64>) -> Vec3 {
-        let Spot { point, normal, view, .. } = *spot;
-        let glossy = surface.exponent > 0.0 && surface.specular != Vec3::ZERO;
-        let mut sum = surface.emission;
-        for lamp in &self.lamps {
-            sum += surface.ambient * lamp.ambient;
-            let Some(incident) = lamp.at(point) else { continue };
-            let facing = normal.dot(incident.towards);
-            let mirrored = 2.0 * facing * normal - incident.towards;
-            let mut term = surface.diffuse * lamp.diffuse * facing.clamp(0.0, 1.0);
-            if glossy {
-                term += surface.specular * lamp.specular * view.dot(mirrored).clamp(0.0, 1.0).powf(surface.exponent);
+    /// The light of lights that a surface gives back to the viewer, before the texture.
+    fn lit(&self, vertex: &Vertex<'_>, sample: &Sample<'_>, depth: u32) -> Vec3 {
+        let Vertex { surface, spot, .. } = vertex;
+        let mut sum = Vec3::ZERO;
+        for (number, lamp) in self.lamps.iter().enumerate() {
+            if self.bounces == 0 {
+                sum += surface.ambient * lamp.ambient;
             }
-            if self.shadows && term != Vec3::ZERO {
-                shadow_rays.set(shadow_rays.get() + 1);
-                term *= self.unshadowed(spot, &incident);
+            let term = |incident: Incident| self.term(surface, spot, lamp, &incident, sample.counts);
+            if self.shadows == Some(LightSize::Area) && lamp.is_extended() {
+                let many = if depth == 0 { self.light_samples } else { 1 };
+                let points = (0..many).map(|one| sample.one_of((one, many), depth, Purpose::Light(number)));
+                let terms: Vec3 = points.filter_map(|at| lamp.sample(spot.point, at)).map(term).sum();
+                sum += terms / many as f32;
+            } else {
+                sum += lamp.at(spot.point).map_or(Vec3::ZERO, term);
             }
-            sum += term * incident.strength;
         }
         sum
     }
 
-    /// The share of a light that reaches a point. The ray starts on the seen side of the surface, so that a light behind
-    /// the surface does not reach it.
-    fn unshadowed(&self, spot: &Spot, incident: &Incident) -> f32 {
-        let origin = spot.point + spot.lift;
+    /// Diffuse and specular light from one point.
+    fn term(&self, surface: &Surface<'_>, spot: &Spot, lamp: &Lamp, incident: &Incident, counts: &Counts) -> Vec3 {
+        let facing = spot.normal.dot(incident.towards);
+        let mut term = surface.diffuse * lamp.diffuse * facing.clamp(0.0, 1.0);
+        if surface.is_glossy() {
+            let mirrored = 2.0 * facing * spot.normal - incident.towards;
+            let highlight = spot.view.dot(mirrored).clamp(0.0, 1.0).powf(surface.exponent);
+            term += surface.specular * lamp.specular * highlight;
+        }
+        term *= incident.strength;
+        if self.shadows.is_some() && term != Vec3::ZERO {
+            term *= self.unshadowed(spot, incident, counts);
+        }
+        term
+    }
+
+    /// The middle of a light as a spot sees it; `None` where it shines on the other side of the shading normal only, or
+    /// not there at all.
+    pub(crate) fn facing(&self, lamp: &Lamp, spot: &Spot) -> Option<Incident> {
+        lamp.at(spot.point).filter(|incident| spot.normal.dot(incident.towards) > 0.0)
+    }
+
+    /// The share of a point of a light that reaches a spot.
+    pub(crate) fn visible(&self, lamp: &Lamp, spot: &Spot, at: Vec2, counts: &Counts) -> f32 {
+        lamp.sample(spot.point, at).map_or(0.0, |incident| self.unshadowed(spot, &incident, counts))
+    }
+
+    /// The share of light that reaches a spot. The ray starts on the seen side of the surface, so that a light behind the
+    /// surface does not reach it.
+    pub(crate) fn unshadowed(&self, spot: &Spot, incident: &Incident, counts: &Counts) -> f32 {
+        count(&counts.shadow_rays);
         let far = incident.distance * (1.0 - 1e-6) - spot.lift.length();
         let mut light = 1.0;
-        self.geometry.any(&Ray::new(origin, incident.towards), (0.0, far), |hit, opaque| {
+        self.geometry.any(&Ray::new(spot.origin(), incident.towards), (0.0, far), |hit, opaque| {
             light *= if opaque { 0.0 } else { 1.0 - self.opacity(hit) };
             light > 0.0
         });

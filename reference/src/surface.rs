@@ -30,6 +30,18 @@ pub(crate) struct Surface<'a> {
     pub(crate) opaque: bool,
 }
 
+impl Surface<'_> {
+    /// False where a light map replaces lighting.
+    pub(crate) fn is_lit(&self) -> bool {
+        self.light_map.is_none()
+    }
+
+    /// True where there is a highlight: an exponent of 0 means none.
+    pub(crate) fn is_glossy(&self) -> bool {
+        self.exponent > 0.0 && self.specular != Vec3::ZERO
+    }
+}
+
 /// A texture layer with the coordinates that address it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Map<'a> {

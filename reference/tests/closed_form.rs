@@ -4,7 +4,7 @@ mod common;
 
 use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
-use aam_reference::Options;
+use aam_reference::{LightSize, Options};
 use aam_scene::{Background, Falloff, Layer, LightKind, Material, NormalSpace, Projection, Scene, Shading, View};
 use common::*;
 use glam::{Affine3A, Mat3, Quat, Vec2, Vec3, Vec4};
@@ -171,7 +171,7 @@ fn a_light_map_replaces_lighting() {
     put_texture(&mut scene, Layer::LightMap, image(1, 1, |_, _| [102, 51, 204, 255]));
     put_texture(&mut scene, Layer::Diffuse, image(1, 1, |_, _| [255, 255, 0, 255]));
     put_texture(&mut scene, Layer::Normal, image(1, 1, |_, _| [0, 0, 0, 255]));
-    let shadowed = Options { shadows: true, ..Options::default() };
+    let shadowed = Options { shadows: Some(LightSize::Point), ..Options::default() };
     assert_color(draw_with(&scene, &from_above(2), &shadowed).at(1, 1), [0.3, 0.3, 0.0, 1.0]);
 }
 

@@ -2,7 +2,7 @@
 
 mod common;
 
-use aam_reference::Options;
+use aam_reference::{LightSize, Options};
 use aam_scene::{Background, Image, Layer, LightKind, Material, MaterialId, Pixels, Projection, Scene, Shading};
 use common::*;
 use glam::{Affine3A, Vec2, Vec3, Vec4};
@@ -105,7 +105,7 @@ fn a_blade_casts_its_shadow_where_similar_triangles_put_it() {
     let mut view = from_above(100);
     view.camera.position = Vec3::new(0.0, 0.0, 0.4);
     view.camera.near = 0.01;
-    let shadows = Options { shadows: true, samples_per_pixel: 16, ..Options::default() };
+    let shadows = Options { shadows: Some(LightSize::Point), samples_per_pixel: 16, ..Options::default() };
     let picture = draw_with(&scene, &view, &shadows);
     assert_eq!(picture.at(54, 50)[0], 64, "ambient light reaches the shadow");
     assert!(picture.at(55, 50)[0] > 250);
@@ -125,7 +125,7 @@ fn coloured_sheets_let_their_share_of_light_through() {
     let mut view = from_above(2);
     view.camera.position.z = 0.03;
     view.camera.near = 0.01;
-    let shadows = Options { shadows: true, ..Options::default() };
+    let shadows = Options { shadows: Some(LightSize::Point), ..Options::default() };
     assert_color(draw_with(&scene, &view, &shadows).at(0, 0), [0.375, 0.375, 0.375, 1.0]);
     scene.lights[0].kind = point_light(0.0, 0.0, 0.07);
     assert!(draw_with(&scene, &view, &shadows).at(0, 0)[0] < 100);
@@ -148,7 +148,7 @@ fn a_lit_sphere_does_not_shadow_itself_on_its_lit_side() {
         view.camera.projection = Projection::Orthographic { height: 2.0 * scale };
         view.camera.near = 0.1 * scale;
         view.camera.far = 100.0 * scale;
-        let shadows = Options { shadows: true, samples_per_pixel: 4, ..Options::default() };
+        let shadows = Options { shadows: Some(LightSize::Point), samples_per_pixel: 4, ..Options::default() };
         let (with, without) = (draw_with(&scene, &view, &shadows), draw(&scene, &view, 4));
         let apart = with.bytes.iter().zip(&without.bytes).filter(|(a, b)| a.abs_diff(**b) > 1).count();
         assert_eq!(apart, 0, "scale {scale} at {offset}");

@@ -5,9 +5,10 @@ mod common;
 use std::num::NonZeroUsize;
 use std::sync::{Arc, Mutex};
 
-use aam_reference::{Error, Options, render};
+use aam_reference::{Error, LightSize, Options, radiance, render, visibility};
 use aam_scene::{
-    Animation, Falloff, Layer, LightKind, MeshFrame, NodeId, NodeMotion, Projection, Scene, Texture, View,
+    Animation, Falloff, Layer, LightKind, LightShape, MeshFrame, NodeId, NodeMotion, Projection, Scene, Shading,
+    Texture, View,
 };
 use common::*;
 use glam::{Affine3A, Vec2, Vec3};
@@ -20,9 +21,35 @@ fn the_picture_does_not_depend_on_the_number_of_threads() {
     let view = from_above(77);
     let pictures = [1, 2, 5].map(|threads| {
         let threads = NonZeroUsize::new(threads);
-        draw_with(&scene, &view, &Options { shadows: true, threads, ..Options::default() }).bytes
+        draw_with(&scene, &view, &Options { shadows: Some(LightSize::Point), threads, ..Options::default() }).bytes
     });
     assert!(pictures[0] == pictures[1] && pictures[0] == pictures[2]);
+}
+
+#[test]
+fn neither_does_light_of_chance_but_on_the_seed() {
+    let mut scene = scene(vec![sphere(40), quad(-0.5)], chalk(), point_light(1.0, 2.0, 3.0));
+    scene.materials[0].diffuse = Vec3::splat(0.7);
+    scene.lights[0].shape = Some(LightShape::Sphere { radius: 0.8 });
+    let draw = |threads, seed| {
+        let options = Options {
+            samples_per_pixel: 4,
+            shadows: Some(LightSize::Area),
+            light_samples: 4,
+            bounces: 6,
+            environment: Vec3::splat(0.2),
+            shading: Some(Shading::Linear),
+            threads: NonZeroUsize::new(threads),
+            seed,
+            ..Options::default()
+        };
+        let (seen, _) = visibility(&scene, &from_above(40), LightSize::Area, &options).unwrap();
+        (radiance(&scene, &from_above(40), &options).unwrap().0, seen)
+    };
+    let one = draw(1, 0);
+    assert!(one == draw(2, 0) && one == draw(5, 0));
+    let other = draw(1, 1);
+    assert!(one.0 != other.0 && one.1 != other.1);
 }
 
 #[test]

@@ -50,7 +50,7 @@ const MAX_SIZE: u64 = 16 << 20;
 /// outer = 30
 /// falloff = "inverse-square"   # or "none"
 /// diffuse = [4, 4, 4]
-/// shape = { form = "disc", radius = 0.2 }
+/// shape = { form = "disc", radius = 0.2 }  # or "sphere"; { form = "rectangle", width = 1, height = 0.5 }
 ///
 /// [[camera]]
 /// name = "front"

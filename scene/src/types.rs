@@ -422,15 +422,20 @@ pub enum Falloff {
     InverseSquare,
 }
 
-/// The extent of a light.
+/// The extent of a light: which points it shines from. What that means for shading stands in
+/// `docs/techniques/shading.md`.
+///
+/// A flat shape faces the light's direction; that of a point light faces the middle of the scene. A directional light is
+/// infinitely far away, and its lengths are those of a shape one metre from the viewer: the sun, half a degree wide, is
+/// a disc of radius 0.00465.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightShape {
-    /// A disc facing the light's direction (for a point light, the scene's centre).
+    /// A disc.
     Disc {
         /// Radius in metres.
         radius: f32,
     },
-    /// A rectangle facing the light's direction.
+    /// A rectangle. Its width runs level; along X where it faces straight up or down.
     Rectangle {
         /// Full width in metres.
         width: f32,

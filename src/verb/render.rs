@@ -7,7 +7,7 @@ use aam_convert::Progress;
 use aam_renderer::{Gpu, GpuError, Msaa, RenderOptions, Renderer};
 use aam_scene::{Background, Camera, Image, Scene, Shading, View};
 
-use crate::cli::{Engine, RenderArgs, Shading as ShadingArg};
+use crate::cli::{Engine, LightSize, RenderArgs, Shading as ShadingArg};
 use crate::failure::Failure;
 use crate::open::{self, OpenedScene};
 use crate::picture::{self, Destination};
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<ExitCode, Fa
     let (opened, device) = load(args, &progress, &mut times)?;
     tell(&opened, terminal);
     let mut scene = opened.scene;
-    apply(args, &mut scene);
+    apply(args, &mut scene, terminal)?;
     let base = camera::choose(args, &scene, opened.camera.as_ref())?;
     let mut engine = choose_engine(args, device, terminal)?;
     let pictures = args.turntable.unwrap_or(1);
@@ -145,7 +145,7 @@ pub(crate) fn warning_text(finding: &aam::Finding) -> String {
     }
 }
 
-fn apply(args: &RenderArgs, scene: &mut Scene) {
+fn apply(args: &RenderArgs, scene: &mut Scene, terminal: &Terminal) -> Result<(), Failure> {
     match args.background {
         Some(args::Background::Transparent) => scene.background = Background::Transparent,
         Some(args::Background::Color(color)) => scene.background = Background::Color(color),
@@ -156,6 +156,15 @@ fn apply(args: &RenderArgs, scene: &mut Scene) {
         Some(ShadingArg::Linear) => scene.shading = Shading::Linear,
         None => {}
     }
+    if args.bounces > 0 && scene.shading == Shading::Source {
+        if args.shading.is_some() {
+            let message = "--bounces cannot be drawn with --shading source: light adds up in linear light only";
+            return Err(Failure::new(message).help("leave --shading out, or use --shading linear"));
+        }
+        terminal.note("shaded in linear light, for --bounces needs that");
+        scene.shading = Shading::Linear;
+    }
+    Ok(())
 }
 
 /// Pictures of a turntable, or parts of one picture where the engine tells them.
@@ -182,6 +191,9 @@ fn choose_engine(
     let reference = Drawer::Reference { camera_light: false };
     match device {
         None => Ok(reference),
+        Some(Ok(_)) if args.bounces > 0 => {
+            Err(Failure::new("the GPU engine does not draw light that bounces").help("add --engine reference"))
+        }
         Some(Ok(gpu)) => {
             let samples = args.msaa.parse::<u32>().unwrap_or_default();
             let msaa = Msaa::try_from(samples).map_err(Failure::new)?;
@@ -224,7 +236,13 @@ impl Drawer {
                 let told = |fraction: f32| progress.step((fraction * PERCENT as f32) as u64);
                 let options = aam_reference::Options {
                     samples_per_pixel: args.samples,
-                    shadows: args.shadows,
+                    // Light that bounces without shadows would pass through walls.
+                    shadows: args.shadows.or((args.bounces > 0).then_some(LightSize::Area)).map(|size| match size {
+                        LightSize::Point => aam_reference::LightSize::Point,
+                        LightSize::Area => aam_reference::LightSize::Area,
+                    }),
+                    light_samples: args.light_samples,
+                    bounces: args.bounces,
                     progress: args.turntable.is_none().then_some(&told),
                     ..aam_reference::Options::default()
                 };

@@ -277,7 +277,8 @@ fn growth(placement: &Affine3A) -> f32 {
 fn placed_light(light: Light, placement: &Affine3A) -> Light {
     let point = |position: Vec3| placement.transform_point3(position);
     let heading = |direction: Vec3| placement.transform_vector3(direction);
-    let size = growth(placement);
+    // The lengths of a light at infinity are angles.
+    let size = if matches!(light.kind, LightKind::Directional { .. }) { 1.0 } else { growth(placement) };
     Light {
         kind: match light.kind {
             LightKind::Point { position, falloff } => LightKind::Point { position: point(position), falloff },
