@@ -650,6 +650,30 @@ fn render_takes_scene_files() {
 }
 
 #[test]
+fn render_traces_shadows_and_bounces() {
+    let folder = Folder::new();
+    let file = folder.fixture("demo-torus.scene.toml");
+    let render = |more: &[&str]| {
+        let reference = ["render", &file, "-o", "a.png", "--size", "48x36", "--engine", "reference", "--samples", "1"];
+        folder.aam(&[&reference[..], more].concat())
+    };
+    let mut pictures = Vec::new();
+    for more in [&[][..], &["--shadows=point"], &["--shadows"], &["--shadows", "--light-samples", "2"]] {
+        render(more).succeeds();
+        pictures.push(folder.read("a.png"));
+    }
+    assert!((1..pictures.len()).all(|at| !pictures[..at].contains(&pictures[at])), "each option changes the picture");
+    render(&["--shadows=area"]).succeeds();
+    assert!(folder.read("a.png") == pictures[2], "area is what --shadows means");
+    render(&["--bounces", "1"]).succeeds().says("linear light");
+    render(&["--bounces", "1", "--shading", "source"]).fails(2).says("--shading linear");
+    render(&["--shadows=wide"]).fails(2).says("point, area");
+    for (option, value) in [("--bounces", "1025"), ("--light-samples", "0")] {
+        render(&[option, value]).fails(2).says(option);
+    }
+}
+
+#[test]
 fn render_takes_every_format() {
     let folder = Folder::new();
     for name in ["crate.gltf", "crate.glb", "crate.obj"] {

@@ -1,46 +1,87 @@
 //! Bounding volume hierarchy: built by the crate `bvh` (surface area heuristic), laid out and walked here.
 //!
-//! The walk is our own because the crate's compares boxes without an error bound, and because transparency needs the
-//! nearest few hits in order; with two siblings in a cache line it is also several times as fast.
+//! Each node has four children, whose boxes are tested at once, and each leaf four triangles, tested at once too. The walk
+//! is our own because the crate's compares boxes without an error bound, and because transparency needs the nearest few
+//! hits in order.
+
+use std::ops::Range;
 
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy as _};
 use bvh::bvh::BvhNode;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
-/// Triangles in a leaf, at most.
-const LEAF_SIZE: u32 = 4;
+/// Children of a node and triangles of a leaf, at most.
+const WIDTH: usize = 4;
 
 /// A rounding bound for the distance to a box, as a factor: Ize, "Robust BVH Ray Traversal", JCGT 2013.
 const SLAB: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// Two sibling nodes, so that one fetch serves one step down.
+/// Marks a child that is a leaf.
+const LEAF: u32 = 1 << 31;
+
+/// The boxes of four children, so that one step tests all.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-struct Pair {
-    min: [Vec3; 2],
-    max: [Vec3; 2],
-    /// Where the child's own pair stands, or its first triangle.
-    first: [u32; 2],
-    /// Triangles in the child; 0 when it is an inner node.
-    count: [u32; 2],
+struct Node {
+    /// By side (min, max) and axis. A child that is not there has an inside-out box.
+    bounds: [[Vec4; 3]; 2],
+    /// Position of a node, or of a leaf with [`LEAF`].
+    children: [u32; WIDTH],
 }
 
-/// The hierarchy over triangles that the caller stores in the order that [`Bvh::build`] returns.
+/// Up to four triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Leaf {
+    /// By corner and axis; lanes without a triangle hold no numbers, which nothing hits.
+    corners: [[Vec4; 3]; 3],
+    /// The first triangle's position in the order that [`Bvh::build`] gives.
+    pub(crate) first: u32,
+}
+
+/// The hierarchy over triangles.
 #[derive(Debug, Default)]
 pub(crate) struct Bvh {
-    pairs: Vec<Pair>,
-    /// Number of triangles when there are too few for a pair.
-    single_leaf: u32,
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
+}
+
+/// Where a ray meets the triangles of a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Met {
+    /// Bit `i` for triangle `i` of the leaf.
+    pub(crate) mask: u32,
+    /// Distances.
+    pub(crate) t: Vec4,
+    /// Weights of the second and of the third corner.
+    pub(crate) weights: [Vec4; 2],
+}
+
+impl Met {
+    /// Distance, triangle and weights of each hit.
+    #[inline]
+    pub(crate) fn each(self, leaf: &Leaf) -> impl Iterator<Item = (f32, u32, [f32; 2])> {
+        let mut mask = self.mask;
+        let first = leaf.first;
+        std::iter::from_fn(move || {
+            let lane = mask.trailing_zeros() as usize;
+            mask &= mask.checked_sub(1)?;
+            Some((self.t[lane], first + lane as u32, self.weights.map(|weight| weight[lane])))
+        })
+    }
 }
 
 /// A ray prepared for boxes and triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
     origin: Vec3,
-    inverse: Vec3,
+    /// The same and the inverse of the direction, by axis, each four times.
+    origins: [Vec4; 3],
+    inverses: [Vec4; 3],
     /// Axes in the order of Woop's shear: the last is the direction's largest.
     axes: [usize; 3],
+    /// The side of boxes that the ray meets first, by axis.
+    first_side: [usize; 3],
     shear: Vec3,
 }
 
@@ -62,15 +103,55 @@ impl Ray {
         }
         let shear = Vec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
         let inverse = Vec3::new(invert(direction.x), invert(direction.y), invert(direction.z));
-        Self { origin, inverse, axes: [x, y, z], shear }
+        let first_side = inverse.to_array().map(|d| usize::from(d.is_sign_negative()));
+        let (origins, inverses) = (origin.to_array().map(Vec4::splat), inverse.to_array().map(Vec4::splat));
+        Self { origin, origins, inverses, axes: [x, y, z], first_side, shear }
     }
 
-    /// Where the ray is inside a box: `(enter, leave)`, inside when `enter <= leave`.
+    /// Where the ray enters the boxes of a node's children, and a bit for each that it meets in a range.
     #[inline]
-    fn slab(&self, min: Vec3, max: Vec3) -> (f32, f32) {
-        let a = (min - self.origin) * self.inverse;
-        let b = (max - self.origin) * self.inverse;
-        (a.min(b).max_element(), a.max(b).min_element() * SLAB)
+    fn boxes(&self, node: &Node, near: f32, far: f32) -> (Vec4, u32) {
+        let (mut enter, mut leave) = (Vec4::splat(near), Vec4::splat(f32::INFINITY));
+        for axis in 0..3 {
+            let side = self.first_side[axis];
+            let distance = |side: usize| (node.bounds[side][axis] - self.origins[axis]) * self.inverses[axis];
+            enter = distance(side).max(enter);
+            leave = distance(1 - side).min(leave);
+        }
+        (enter, enter.cmple((leave * SLAB).min(Vec4::splat(far))).bitmask())
+    }
+
+    /// Where the ray meets the triangles of a leaf. The same as [`Ray::triangle`] for each.
+    #[inline]
+    pub(crate) fn leaf(&self, leaf: &Leaf) -> Met {
+        let [x, y, z] = self.axes;
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = leaf.corners.each_ref().map(|corner| {
+            let [x, y, z] = [x, y, z].map(|axis| corner[axis] - self.origins[axis]);
+            [x - self.shear.x * z, y - self.shear.y * z, z]
+        });
+        let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
+        let zero = Vec4::ZERO;
+        let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+        let inside = least.cmpgt(zero) | most.cmplt(zero);
+        let mut close = (u.cmpeq(zero) | v.cmpeq(zero) | w.cmpeq(zero)).bitmask();
+        if inside.bitmask() | close == 0 {
+            return Met { mask: 0, t: zero, weights: [zero; 2] };
+        }
+        let determinant = u + v + w;
+        let t = (u * az + v * bz + w * cz) * self.shear.z / determinant;
+        let mask = (inside & t.abs().cmplt(Vec4::INFINITY)).bitmask();
+        let mut met = Met { mask, t, weights: [v / determinant, w / determinant] };
+        // On an edge all depends on the last bit.
+        while close != 0 {
+            let lane = close.trailing_zeros() as usize;
+            close &= close - 1;
+            let corner = |corner: usize| Vec3::from_array(leaf.corners[corner].map(|axis| axis[lane]));
+            if let Some((t, v, w)) = self.triangle(&[corner(0), corner(1), corner(2)]) {
+                met.mask |= 1 << lane;
+                (met.t[lane], met.weights[0][lane], met.weights[1][lane]) = (t, v, w);
+            }
+        }
+        met
     }
 
     /// Distance and the weights of the second and third vertex where the ray meets a triangle, from either side.
@@ -138,119 +219,197 @@ impl BHShape<f32, 3> for Bounds {
     }
 }
 
-/// Nodes still to visit. Hierarchies of sane scenes stay within the array.
+/// Children still to visit and where the ray enters them. Hierarchies of sane scenes stay within the array.
 struct Stack {
-    array: [u32; 64],
+    array: [(f32, u32); 48],
     length: usize,
-    spill: Vec<u32>,
+    spill: Vec<(f32, u32)>,
 }
 
 impl Stack {
     const fn new() -> Self {
-        Self { array: [0; 64], length: 0, spill: Vec::new() }
+        Self { array: [(0.0, 0); 48], length: 0, spill: Vec::new() }
     }
 
     #[inline]
-    fn push(&mut self, node: u32) {
+    fn push(&mut self, child: (f32, u32)) {
         if let Some(slot) = self.array.get_mut(self.length) {
-            *slot = node;
+            *slot = child;
             self.length += 1;
         } else {
-            self.spill.push(node);
+            self.spill.push(child);
+        }
+    }
+
+    /// Pushes below those above `begin` that are nearer. What has spilled is not sorted.
+    #[inline]
+    fn push_sorted(&mut self, begin: usize, child: (f32, u32)) {
+        let end = self.length;
+        self.push(child);
+        let mut place = end;
+        while self.length > end && place > begin && self.array[place - 1].0 < child.0 {
+            self.array.swap(place - 1, place);
+            place -= 1;
         }
     }
 
     #[inline]
-    fn pop(&mut self) -> Option<u32> {
-        if let Some(node) = self.spill.pop() {
-            return Some(node);
+    fn pop(&mut self) -> Option<(f32, u32)> {
+        if let Some(child) = self.spill.pop() {
+            return Some(child);
         }
         self.length = self.length.checked_sub(1)?;
         Some(self.array[self.length])
     }
 }
 
-impl Bvh {
-    /// Builds over boxes, and returns the order in which their triangles must be stored.
-    pub(crate) fn build(boxes: impl Iterator<Item = (Vec3, Vec3)>) -> (Self, Vec<u32>) {
-        let mut boxes: Vec<Bounds> = boxes.map(|(min, max)| Bounds { min, max, node: 0 }).collect();
-        let nodes = bvh::bvh::Bvh::build_par(&mut boxes).nodes;
-        let mut order = Vec::with_capacity(boxes.len());
-        let mut pairs: Vec<Pair> = Vec::new();
-        // The crate's nodes stand depth first, so that a node and all below it are a range, with one leaf more than
-        // inner nodes. Each entry is a range and the pair and side that shall point to it.
-        let mut open = vec![(0..nodes.len(), None)];
-        while let Some((range, parent)) = open.pop() {
-            let count = range.len().div_ceil(2) as u32;
-            let (first, count) = match nodes.get(range.start) {
-                Some(BvhNode::Node { child_l_aabb, child_r_index, child_r_aabb, .. }) if count > LEAF_SIZE => {
-                    let boxes = [child_l_aabb, child_r_aabb];
-                    let corner = |point: &[f32; 3]| Vec3::from_array(*point);
-                    let pair = pairs.len();
-                    pairs.push(Pair {
-                        min: boxes.map(|aabb| corner(aabb.min.coords.as_ref())),
-                        max: boxes.map(|aabb| corner(aabb.max.coords.as_ref())),
-                        first: [0; 2],
-                        count: [0; 2],
-                    });
-                    open.push((*child_r_index..range.end, Some((pair, 1))));
-                    open.push((range.start + 1..*child_r_index, Some((pair, 0))));
-                    (pair as u32, 0)
-                }
-                _ => {
-                    let first = order.len() as u32;
-                    order.extend(nodes[range].iter().filter_map(|node| match node {
-                        BvhNode::Leaf { shape_index, .. } => Some(*shape_index as u32),
-                        BvhNode::Node { .. } => None,
-                    }));
-                    (first, count)
-                }
-            };
-            if let Some((pair, side)) = parent {
-                (pairs[pair].first[side], pairs[pair].count[side]) = (first, count);
-            }
-        }
-        let single_leaf = if pairs.is_empty() { order.len() as u32 } else { 0 };
-        (Self { pairs, single_leaf }, order)
+/// A part of the crate's hierarchy with its box. The crate's nodes stand depth first, so that a node and all below it are
+/// a range, with one leaf more than inner nodes.
+#[derive(Clone)]
+struct Branch {
+    range: Range<usize>,
+    min: Vec3,
+    max: Vec3,
+}
+
+impl Branch {
+    fn is_leaf(&self) -> bool {
+        self.range.len().div_ceil(2) <= WIDTH
     }
 
-    /// Visits every leaf that the ray may meet between `near` and a far end, roughly front to back. `visit` takes the
-    /// leaf's first triangle and count, and returns the far end from then on; a negative one ends the walk.
-    #[inline]
-    pub(crate) fn walk(&self, ray: &Ray, near: f32, mut far: f32, mut visit: impl FnMut(u32, u32) -> f32) {
-        if self.pairs.is_empty() {
-            if self.single_leaf > 0 {
-                visit(0, self.single_leaf);
+    fn area(&self) -> f32 {
+        let size = self.max - self.min;
+        size.x * size.y + size.y * size.z + size.z * size.x
+    }
+
+    /// The two parts of one that is no leaf.
+    fn parts(&self, nodes: &[BvhNode<f32, 3>]) -> Option<[Self; 2]> {
+        let BvhNode::Node { child_l_aabb, child_r_index, child_r_aabb, .. } = &nodes[self.range.start] else {
+            return None;
+        };
+        let part = |range: Range<usize>, aabb: &Aabb<f32, 3>| {
+            let corner = |point: &[f32; 3]| Vec3::from_array(*point);
+            Self { range, min: corner(aabb.min.coords.as_ref()), max: corner(aabb.max.coords.as_ref()) }
+        };
+        let left = part(self.range.start + 1..*child_r_index, child_l_aabb);
+        Some([left, part(*child_r_index..self.range.end, child_r_aabb)])
+    }
+
+    /// Up to four parts: always the largest that is no leaf is parted.
+    fn children(self, nodes: &[BvhNode<f32, 3>]) -> Vec<Self> {
+        let mut children = vec![self];
+        while children.len() < WIDTH {
+            let inner = (0..children.len()).filter(|child| !children[*child].is_leaf());
+            let largest = inner.max_by(|a, b| children[*a].area().total_cmp(&children[*b].area()));
+            let Some((largest, parts)) = largest.and_then(|at| Some((at, children[at].parts(nodes)?))) else { break };
+            children.splice(largest..=largest, parts);
+        }
+        children
+    }
+}
+
+impl Bvh {
+    /// Builds over triangles, and returns the order in which the caller must number them.
+    pub(crate) fn build(triangles: &[[Vec3; 3]]) -> (Self, Vec<u32>) {
+        if triangles.is_empty() {
+            return (Self::default(), Vec::new());
+        }
+        let bounds = |[a, b, c]: &[Vec3; 3]| Bounds { min: a.min(*b).min(*c), max: a.max(*b).max(*c), node: 0 };
+        let mut boxes: Vec<Bounds> = triangles.iter().map(bounds).collect();
+        let nodes = bvh::bvh::Bvh::build_par(&mut boxes).nodes;
+        let mut order = Vec::with_capacity(boxes.len());
+        let mut bvh = Self::default();
+        let whole = Branch { range: 0..nodes.len(), min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+        // Each entry is a branch and the node and child that shall point to it.
+        let mut open = vec![(whole, None)];
+        while let Some((branch, parent)) = open.pop() {
+            let place = if branch.is_leaf() && parent.is_some() {
+                bvh.leaves.push(leaf(&nodes[branch.range], triangles, &mut order));
+                LEAF | (bvh.leaves.len() - 1) as u32
+            } else {
+                let place = bvh.nodes.len();
+                let mut node = Node { bounds: [[Vec4::INFINITY; 3], [Vec4::NEG_INFINITY; 3]], children: [0; WIDTH] };
+                for (child, branch) in branch.children(&nodes).into_iter().enumerate() {
+                    for axis in 0..3 {
+                        node.bounds[0][axis][child] = branch.min[axis];
+                        node.bounds[1][axis][child] = branch.max[axis];
+                    }
+                    open.push((branch, Some((place, child))));
+                }
+                bvh.nodes.push(node);
+                place as u32
+            };
+            if let Some((node, child)) = parent {
+                bvh.nodes[node].children[child] = place;
             }
+        }
+        (bvh, order)
+    }
+
+    /// Visits every leaf that the ray may meet between `near` and a far end, roughly front to back if `SORTED`. `visit`
+    /// returns the far end from then on; a negative one ends the walk.
+    #[inline]
+    pub(crate) fn walk<const SORTED: bool>(
+        &self,
+        ray: &Ray,
+        near: f32,
+        mut far: f32,
+        mut visit: impl FnMut(&Leaf) -> f32,
+    ) {
+        if self.nodes.is_empty() {
             return;
         }
         let mut stack = Stack::new();
         let mut current = 0;
         loop {
-            let pair = &self.pairs[current as usize];
-            let spans = [0, 1].map(|side| ray.slab(pair.min[side], pair.max[side]));
-            let nearer = usize::from(spans[1].0 < spans[0].0);
-            let mut down = None;
-            for side in [nearer, 1 - nearer] {
-                let (enter, leave) = spans[side];
-                if enter.max(near) > leave.min(far) {
-                    continue;
+            if current & LEAF != 0 {
+                far = visit(&self.leaves[(current & !LEAF) as usize]);
+                if far < 0.0 {
+                    return;
                 }
-                if pair.count[side] > 0 {
-                    far = visit(pair.first[side], pair.count[side]);
-                    if far < 0.0 {
-                        return;
+            } else {
+                let node = &self.nodes[current as usize];
+                let (enter, mut mask) = ray.boxes(node, near, far);
+                let enter = enter.to_array();
+                let begin = stack.length;
+                while mask != 0 {
+                    let child = mask.trailing_zeros() as usize;
+                    mask &= mask - 1;
+                    let child = (enter[child], node.children[child]);
+                    if SORTED {
+                        stack.push_sorted(begin, child);
+                    } else {
+                        stack.push(child);
                     }
-                } else if down.is_none() {
-                    down = Some(pair.first[side]);
-                } else {
-                    stack.push(pair.first[side]);
                 }
             }
-            let Some(node) = down.or_else(|| stack.pop()) else { return };
-            current = node;
+            current = loop {
+                match stack.pop() {
+                    None => return,
+                    Some((enter, child)) if enter <= far => break child,
+                    Some(_) => {}
+                }
+            };
         }
     }
+}
+
+/// The leaf of the crate's leaves in a range, whose triangles come next in the order.
+fn leaf(nodes: &[BvhNode<f32, 3>], triangles: &[[Vec3; 3]], order: &mut Vec<u32>) -> Leaf {
+    let mut leaf = Leaf { corners: [[Vec4::NAN; 3]; 3], first: order.len() as u32 };
+    let indices = nodes.iter().filter_map(|node| match node {
+        BvhNode::Leaf { shape_index, .. } => Some(*shape_index),
+        BvhNode::Node { .. } => None,
+    });
+    for (lane, index) in indices.enumerate() {
+        for (corner, position) in triangles[index].iter().enumerate() {
+            for axis in 0..3 {
+                leaf.corners[corner][axis][lane] = position[axis];
+            }
+        }
+        order.push(index as u32);
+    }
+    leaf
 }
 
 #[cfg(test)]
@@ -266,14 +425,6 @@ mod tests {
         }
     }
 
-    fn boxes(triangles: &[[Vec3; 3]]) -> impl ExactSizeIterator<Item = (Vec3, Vec3)> {
-        triangles.iter().map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
-    }
-
-    fn nearest(triangles: impl Iterator<Item = [Vec3; 3]>, ray: &Ray) -> Option<f32> {
-        triangles.filter_map(|triangle| ray.triangle(&triangle)).map(|hit| hit.0).filter(|t| *t > 0.0).reduce(f32::min)
-    }
-
     #[test]
     fn the_walk_finds_the_hits_that_testing_every_triangle_finds() {
         let mut next = random(7);
@@ -285,20 +436,25 @@ mod tests {
                     [corner, corner + point(0.2), corner + point(0.2)]
                 })
                 .collect();
-            let (bvh, order) = Bvh::build(boxes(&triangles));
+            let (bvh, order) = Bvh::build(&triangles);
             assert_eq!(order.len(), triangles.len());
             for sample in 0..500 {
                 // Every third ray runs along an axis, where slabs divide by zero.
                 let direction = if sample % 3 == 0 { Vec3::AXES[sample % 9 / 3] } else { point(1.0) };
                 let ray = Ray::new(point(2.0), direction);
-                let mut found: Option<f32> = None;
-                bvh.walk(&ray, 0.0, f32::INFINITY, |first, length| {
-                    let leaf = order[first as usize..(first + length) as usize].iter();
-                    let hit = nearest(leaf.map(|index| triangles[*index as usize]), &ray);
-                    found = [found, hit].into_iter().flatten().reduce(f32::min);
-                    found.unwrap_or(f32::INFINITY)
+                let mut found: Option<(f32, u32)> = None;
+                bvh.walk::<true>(&ray, 0.0, f32::INFINITY, |leaf| {
+                    let met = ray.leaf(leaf);
+                    for lane in (0..WIDTH).filter(|lane| met.mask >> lane & 1 == 1 && met.t[*lane] > 0.0) {
+                        let hit = (met.t[lane], order[leaf.first as usize + lane]);
+                        found = Some(found.filter(|found| found.0 <= hit.0).unwrap_or(hit));
+                    }
+                    found.map_or(f32::INFINITY, |found| found.0)
                 });
-                assert_eq!(found, nearest(triangles.iter().copied(), &ray));
+                let expected = (0..)
+                    .zip(&triangles)
+                    .filter_map(|(index, triangle)| Some((ray.triangle(triangle).filter(|hit| hit.0 > 0.0)?.0, index)));
+                assert_eq!(found, expected.min_by(|a, b| a.0.total_cmp(&b.0)));
             }
         }
     }
@@ -312,7 +468,15 @@ mod tests {
             Vec3::new(angle.cos(), angle.sin(), 0.1 * (5.0 * angle).sin())
         };
         let fan: Vec<[Vec3; 3]> = (0..400).map(|i| [Vec3::ZERO, rim(i), rim((i + 1) % 400)]).collect();
-        let met = |triangles: &[[Vec3; 3]], ray: &Ray| triangles.iter().filter(|t| ray.triangle(t).is_some()).count();
+        let met = |triangles: &[[Vec3; 3]], ray: &Ray| {
+            let mut met = 0;
+            Bvh::build(triangles).0.walk::<true>(ray, 0.0, f32::INFINITY, |leaf| {
+                met += ray.leaf(leaf).mask.count_ones() as usize;
+                f32::INFINITY
+            });
+            assert_eq!(met, triangles.iter().filter(|triangle| ray.triangle(triangle).is_some()).count());
+            met
+        };
         assert_eq!(met(&fan, &Ray::new(eye, -eye)), 1);
         for i in 0..400 {
             for step in 1..50 {

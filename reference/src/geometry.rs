@@ -175,8 +175,7 @@ impl<'a> Geometry<'a> {
             let instance = Instance::new(mesh, Arc::clone(normals), &world[node]);
             geometry.add(instance, frame::positions(mesh, index), &world[node], *first_surface);
         }
-        let boxes = geometry.corners.iter().map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
-        let (bvh, order) = Bvh::build(boxes);
+        let (bvh, order) = Bvh::build(&geometry.corners);
         geometry.bvh = bvh;
         geometry.corners = order.iter().map(|index| geometry.corners[*index as usize]).collect();
         geometry.faces = order.iter().map(|index| geometry.faces[*index as usize]).collect();
@@ -212,14 +211,14 @@ impl<'a> Geometry<'a> {
     /// Collects the nearest hits between two distances, up to the first opaque one; behind `after` if given.
     pub(crate) fn collect(&self, ray: &Ray, range: (f32, f32), after: Option<Hit>, hits: &mut Hits) {
         let (near, far) = range;
-        *hits = Hits { hits: hits.hits, ..Hits::new() };
+        (hits.length, hits.ends_opaque) = (0, false);
         let mut end = far;
-        self.bvh.walk(ray, near, far, |first, count| {
-            for face in first..first + count {
-                let Some((t, v, w)) = ray.triangle(&self.corners[face as usize]) else { continue };
+        self.bvh.walk::<true>(ray, near, far, |leaf| {
+            let met = ray.leaf(leaf);
+            for (t, face, weights) in met.each(leaf) {
                 if t >= near && t <= end {
                     let Face { rank, opaque, .. } = self.faces[face as usize];
-                    let hit = Hit { t, face, weights: [v, w], rank };
+                    let hit = Hit { t, face, weights, rank };
                     if after.is_none_or(|after| after.before(&hit)) {
                         hits.insert(hit, opaque);
                         end = hits.end(far);
@@ -230,17 +229,30 @@ impl<'a> Geometry<'a> {
         });
     }
 
+    /// The distance of the nearest triangle, whatever its material.
+    pub(crate) fn nearest(&self, ray: &Ray, range: (f32, f32)) -> Option<f32> {
+        let (near, far) = range;
+        let mut found = None;
+        self.bvh.walk::<true>(ray, near, far, |leaf| {
+            for (t, _, _) in ray.leaf(leaf).each(leaf) {
+                if t > near && t < found.unwrap_or(far) {
+                    found = Some(t);
+                }
+            }
+            found.unwrap_or(far)
+        });
+        found
+    }
+
     /// Calls `visit` for hits between two distances in no particular order, until it returns false.
     pub(crate) fn any(&self, ray: &Ray, range: (f32, f32), mut visit: impl FnMut(&Hit, bool) -> bool) {
         let (near, far) = range;
-        self.bvh.walk(ray, near, far, |first, count| {
-            for face in first..first + count {
-                if let Some((t, v, w)) = ray.triangle(&self.corners[face as usize])
-                    && t > near
-                    && t < far
-                {
+        self.bvh.walk::<false>(ray, near, far, |leaf| {
+            let met = ray.leaf(leaf);
+            for (t, face, weights) in met.each(leaf) {
+                if t > near && t < far {
                     let Face { rank, opaque, .. } = self.faces[face as usize];
-                    if !visit(&Hit { t, face, weights: [v, w], rank }, opaque) {
+                    if !visit(&Hit { t, face, weights, rank }, opaque) {
                         return -1.0;
                     }
                 }

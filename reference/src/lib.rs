@@ -13,7 +13,7 @@
 //! - Light may bounce between surfaces any number of times.
 //!
 //! [`render`] gives a picture, [`radiance`] the same in floats that are not cut at white, and [`visibility`] the share of
-//! each light that each pixel's surface sees, with its standard error.
+//! each light that each pixel's surface sees, with its standard error. [`Tracer`] answers single rays.
 
 mod bvh;
 mod camera;
@@ -29,6 +29,7 @@ mod sampling;
 mod shade;
 mod surface;
 mod texture;
+mod tracer;
 mod visibility;
 mod work;
 
@@ -46,6 +47,7 @@ use crate::shade::{Counts, Sample, Shader};
 use crate::work::{World, each_pixel};
 
 pub use options::{Error, LightSize, Options, Stats};
+pub use tracer::Tracer;
 pub use visibility::{Seen, Visibility, visibility};
 
 /// The longest side of a picture, in pixels.

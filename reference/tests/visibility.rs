@@ -140,8 +140,13 @@ fn of_a_sphere_the_share_of_its_solid_angle_is_seen() {
 fn the_error_falls_faster_than_that_of_random_points() {
     let scene = blade(spot_above(), LightShape::Disc { radius: 1.2 });
     let exact = |x: f64, _: f64| segment(edge_at_the_light(x) / 1.2);
-    let error = |samples| errors(&looked(&scene, &under_the_blade(32), samples, 1), 32, exact).0;
-    let (few, many) = (error(64), error(4096));
+    let counts = [16, 64, 256, 1024, 4096];
+    let found = counts.map(|samples| {
+        let (error, stated) = errors(&looked(&scene, &under_the_blade(32), samples, 1), 32, exact);
+        println!("{samples:5} shadow rays: error {error:.5}, stated {stated:.5}");
+        error
+    });
+    let (few, many) = (found[1], found[4]);
     let slope = (many / few).ln() / 64.0_f64.ln();
     // Random points give −1/2; points that are stratified in both dimensions −3/4 at a straight edge.
     assert!((-0.85..-0.65).contains(&slope), "{slope}: {few} {many}");
@@ -227,5 +232,24 @@ fn pictures_with_lights_of_a_size_are_the_mean_over_their_points() {
         }
         let found = f64::from(picture.at(column as u32, 16)[0]) / 255.0;
         assert!((found - expected).abs() < 0.01, "column {column}: {found} {expected}");
+    }
+}
+
+#[test]
+fn shadows_take_diffuse_and_specular_light_only() {
+    let mut scene = blade(spot_above(), LightShape::Disc { radius: 0.3 });
+    scene.materials[0] = Material {
+        ambient: Vec3::new(0.5, 1.0, 0.0),
+        emission: Vec3::new(0.1, 0.0, 0.2),
+        specular: Vec3::ONE,
+        exponent: 3.0,
+        ..chalk()
+    };
+    scene.lights[0].ambient = Vec3::splat(0.4);
+    for size in [LightSize::Point, LightSize::Area] {
+        let options = Options { shadows: Some(size), ..Options::default() };
+        let picture = draw_with(&scene, &under_the_blade(8), &options);
+        assert_color(picture.at(7, 4), [0.3, 0.4, 0.2, 1.0]);
+        assert_eq!(picture.at(0, 4), draw(&scene, &under_the_blade(8), 16).at(0, 4), "in full light nothing changes");
     }
 }

@@ -1,11 +1,13 @@
 //! How far two pictures are apart.
 //!
 //! [`flip`] says what a person would notice, [`Difference`] what the numbers are. A mean hides small spots of large
-//! error, so both come with percentiles or counts.
+//! error, so both come with percentiles or counts. [`visibility_error`] and [`penumbra_error`] judge shadows by
+//! themselves, without the colours they fall on.
 
 mod difference;
 mod flip;
 mod magma;
+mod visibility;
 
 use aam_scene::{Image, Pixels};
 use thiserror::Error;
@@ -13,6 +15,7 @@ use thiserror::Error;
 pub use difference::{Difference, difference, difference_picture};
 pub use flip::{ErrorMap, PIXELS_PER_DEGREE, flip};
 pub use magma::magma;
+pub use visibility::{PenumbraError, VisibilityError, penumbra_error, visibility_error};
 
 /// Why two pictures cannot be compared.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
@@ -27,6 +30,12 @@ pub enum CompareError {
     /// The pixels are not 8 bits a channel.
     #[error("only pictures with 8 bits a channel can be compared")]
     Format,
+    /// The numbers of pixels differ, or do not fill rows.
+    #[error("{1} pixels cannot be compared with {0}")]
+    Pixels(usize, usize),
+    /// A pixel holds no number.
+    #[error("a pixel that counts is not a number")]
+    NotANumber,
     /// Pixels per degree must be positive.
     #[error("pixels per degree must be above 0 and at most 1000")]
     Resolution,

@@ -278,6 +278,16 @@ fn assets_are_placed_and_share_what_is_the_same() {
 }
 
 #[test]
+fn the_size_of_a_light_at_infinity_is_an_angle_and_does_not_grow() {
+    let mut sunny = asset(0.5);
+    sunny.lights[0].kind = LightKind::Directional { direction: Vec3::NEG_Z };
+    let larger = AssetEntry { scale: Vec3::splat(3.0), ..at(0.0) };
+    let file = SceneFile { assets: vec![larger], ..SceneFile::default() };
+    let scene = file.assemble(vec![sunny], Path::new("s.scene.toml")).scene;
+    assert_eq!(scene.lights[0].shape, Some(LightShape::Disc { radius: 1.0 }));
+}
+
+#[test]
 fn rotations_are_about_x_then_y_then_z() {
     let entry = AssetEntry { rotation: Vec3::new(90.0, 0.0, 90.0), ..at(0.0) };
     // Y goes to Z under the first turn and stays there under the last.

@@ -1,0 +1,46 @@
+//! Single rays.
+
+use aam_scene::Scene;
+use glam::Vec3;
+
+use crate::bvh::Ray;
+use crate::frame;
+use crate::geometry::Geometry;
+use crate::options::Error;
+use crate::surface::Surfaces;
+
+/// The triangles of a scene at a frame, to be asked with single rays. Both sides of a triangle count, and all of it
+/// whatever its material: transparency and alpha cutoffs are not looked at.
+#[derive(Debug)]
+pub struct Tracer<'a>(Geometry<'a>);
+
+impl<'a> Tracer<'a> {
+    /// Puts the visible meshes at a frame of the animation into a hierarchy.
+    ///
+    /// # Errors
+    /// The scene has more than [`MAX_TRIANGLES`](crate::MAX_TRIANGLES).
+    pub fn new(scene: &'a Scene, frame: f32) -> Result<Self, Error> {
+        let mut surfaces = Surfaces::new(scene, scene.shading);
+        Ok(Self(Geometry::new(scene, frame::index(frame), &mut surfaces)?))
+    }
+
+    /// How many triangles there are.
+    pub fn triangles(&self) -> usize {
+        self.0.faces.len()
+    }
+
+    /// Where a ray first meets a triangle: above 0, in lengths of `direction`.
+    pub fn nearest(&self, origin: Vec3, direction: Vec3) -> Option<f32> {
+        self.0.nearest(&Ray::new(origin, direction), (0.0, f32::INFINITY))
+    }
+
+    /// Whether a triangle lies on a ray above 0 and before `distance`, in lengths of `direction`.
+    pub fn blocked(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
+        let mut blocked = false;
+        self.0.any(&Ray::new(origin, direction), (0.0, distance), |_, _| {
+            blocked = true;
+            false
+        });
+        blocked
+    }
+}
