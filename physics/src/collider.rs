@@ -21,6 +21,8 @@ pub(crate) struct Collider {
     pub(crate) moments: Moments,
     /// From the body's origin to the farthest point, about.
     pub(crate) radius: f32,
+    /// Half of its smallest extent along the body's axes.
+    pub(crate) thickness: f32,
 }
 
 /// How far axes may be from square, or lengths from equal, for a primitive to stay one.
@@ -72,7 +74,7 @@ fn compound(mut parts: Vec<Part>) -> Result<Collider, &'static str> {
         let parts = parts.iter().map(|part| (place(part), part.shape.clone())).collect();
         (SharedShape::compound(parts), EnginePose::default())
     };
-    finished(Collider { shape, place, center, moments, radius: 0.0 })
+    finished(Collider { shape, place, center, moments, radius: 0.0, thickness: 0.0 })
 }
 
 fn finished(collider: Collider) -> Result<Collider, &'static str> {
@@ -81,7 +83,8 @@ fn finished(collider: Collider) -> Result<Collider, &'static str> {
     if !(radius.is_finite() && radius > 0.0) {
         return Err("its shape leaves the range of numbers");
     }
-    Ok(Collider { radius, ..collider })
+    let thickness = 0.5 * (around.maxs - around.mins).min_element();
+    Ok(Collider { radius, thickness, ..collider })
 }
 
 fn surface(vertices: &[Vec3], triangles: &[[u32; 3]], stretch: &DMat3) -> Result<Collider, &'static str> {
@@ -102,6 +105,7 @@ fn surface(vertices: &[Vec3], triangles: &[[u32; 3]], stretch: &DMat3) -> Result
         center,
         moments: Moments::ZERO,
         radius: 0.0,
+        thickness: 0.0,
     })
 }
 

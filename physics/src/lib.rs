@@ -6,7 +6,7 @@
 //!   world of their own; [`Simulator::start`] lets them move; [`Simulator::end`] forgets all of it. The scene is never
 //!   changed: [`Simulator::world_transforms`] says where its nodes are meanwhile.
 //! - [`Background`] steps a simulator on a thread of its own, in real time, and gives interpolated poses without waiting.
-//! - [`Recording`] keeps poses for files.
+//! - [`Film`] is a document that plays what was simulated.
 //!
 //! Lengths are metres, masses kilograms, times seconds, angles radians. Steps have a fixed length, and the same scene
 //! gives the same poses bit for bit on every run of a program on one kind of machine; [`Simulator::hash`] tells.
@@ -14,6 +14,7 @@
 mod background;
 mod collider;
 mod error;
+mod film;
 mod friction;
 mod joint;
 mod mesh;
@@ -26,6 +27,7 @@ mod world;
 
 pub use background::{Background, Collected};
 pub use error::{Divergence, PhysicsError, What};
+pub use film::Film;
 pub use joint::{Joint, JointKind};
 pub use mesh::{Material, PhysicsMesh, Shape, physics_meshes};
 pub use moments::Moments;

@@ -34,7 +34,8 @@ pub enum Continuous {
     /// Fast dynamic bodies against static ones.
     #[default]
     Static,
-    /// Fast dynamic bodies against all bodies.
+    /// Fast dynamic bodies against all bodies that are slower: those that go less far in a step than they are thick. Two
+    /// fast ones may still miss each other.
     All,
 }
 

@@ -177,6 +177,12 @@ impl Simulator {
         self.world.iter().flat_map(|world| world.bodies.iter().map(|body| body.node))
     }
 
+    /// The name of a simulated body.
+    pub fn name(&self, node: NodeId) -> Option<&str> {
+        let (world, index) = self.find(node).ok()?;
+        Some(&world.bodies[index].name)
+    }
+
     /// The state of a simulated body.
     ///
     /// # Errors
@@ -222,6 +228,10 @@ impl Simulator {
             }));
         }
         world
+    }
+
+    pub(crate) fn body_of(&self, node: NodeId) -> Option<usize> {
+        self.world.as_ref()?.by_node.get(&node).copied()
     }
 
     fn world(&mut self, call: &'static str) -> Result<&mut World, PhysicsError> {

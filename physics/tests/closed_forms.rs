@@ -186,6 +186,23 @@ fn a_tumbling_body_keeps_its_angular_momentum() {
     assert!(last.angle_between(first).to_degrees() < 3.0, "{first} became {last}");
 }
 
+/// A thin plate that can move stops a bullet where all bodies are swept, and else does not.
+#[test]
+fn bullets_hit_moving_plates_where_all_bodies_are_swept() {
+    let passes = |continuous: Continuous| {
+        let mut stage = Stage::default();
+        let plate = body("plate", Dynamic, boxed(Vec3::new(0.005, 1.0, 1.0)), rough(0.5));
+        stage.add(aam_physics::PhysicsMesh { mass: Some(100.0), ..plate }, Vec3::ZERO);
+        let node = stage.add(body("bullet", Dynamic, ball(0.01), rough(0.5)), Vec3::new(-2.3, 0.1, 0.2));
+        let settings = Settings { gravity: Some(Vec3::ZERO), continuous, ..every(1.0 / 60.0) };
+        let mut simulator = stage.started(settings);
+        simulator.set_velocity(node, Vec3::X * 300.0, Vec3::ZERO).expect("dynamic");
+        run(&mut simulator, 0.2);
+        position(&simulator, node).x > 10.0
+    };
+    assert!(passes(Continuous::Off) && passes(Continuous::Static) && !passes(Continuous::All));
+}
+
 /// A thin plate stops a bullet with continuous collision detection, and does not without.
 #[test]
 fn continuous_collision_stops_bullets() {
