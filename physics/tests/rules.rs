@@ -389,7 +389,7 @@ fn joint_error(iterations: usize) -> [f32; 2] {
 #[test]
 fn r96_a_fixed_joint_holds_two_bodies_together() {
     let [calm, striking] = joint_error(4);
-    assert!(calm < 5e-3 && striking < 0.05, "a corner moves {calm} m, at the impact {striking} m");
+    assert!(calm < 1e-2 && striking < 0.05, "a corner moves {calm} m, at the impact {striking} m");
     let [calm, accurate] = joint_error(32);
     assert!(calm < 1e-3 && accurate < 0.5 * striking, "{calm} m, {accurate} m with more iterations");
 }
