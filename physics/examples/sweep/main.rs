@@ -136,7 +136,8 @@ fn measure() -> Vec<Row> {
     let mut rows = Vec::new();
     let mut add = |sweep: &str, variant: &str, x: f64, y: f64| {
         println!("{sweep}, {variant}, {x}: {y:.5}");
-        rows.push(Row { sweep: sweep.into(), variant: variant.into(), x, y });
+        // A comma would end the column.
+        rows.push(Row { sweep: sweep.into(), variant: variant.replace(", ", " · "), x, y });
     };
     scenes::steps(&mut add);
     scenes::iterations(&mut add);
@@ -149,7 +150,7 @@ fn measure() -> Vec<Row> {
 }
 
 fn text(rows: &[Row]) -> String {
-    let lines = rows.iter().map(|row| format!("{},{},{},{}\n", row.sweep, row.variant, row.x, row.y));
+    let lines = rows.iter().map(|row| format!("{},{},{},{:.5}\n", row.sweep, row.variant, row.x as f32, row.y));
     format!("{HEADER}\n{}", lines.collect::<String>())
 }
 

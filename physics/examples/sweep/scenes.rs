@@ -30,6 +30,16 @@ fn worked() -> f64 {
     nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |nanoseconds| 1e-9 * nanoseconds)
 }
 
+/// Less work than this, in seconds, is not measured well enough to be told.
+const MEASURABLE: f64 = 5e-3;
+
+/// Adds the cost of so many seconds or steps in milliseconds for each, where it could be measured.
+fn add_cost(add: &mut Add<'_>, sweep: &str, variant: &str, x: f64, count: f64, spent: f64) {
+    if spent > MEASURABLE {
+        add(sweep, variant, x, 1e3 * spent / count);
+    }
+}
+
 /// Steps for a time; false if it was stopped. Gives the seconds of work that it took.
 fn run(simulator: &mut Simulator, seconds: f64) -> (bool, f64) {
     let start = worked();
@@ -86,7 +96,7 @@ pub(crate) fn steps(add: &mut Add<'_>) {
 
         let mut simulator = tower(20, 1.0).0.started(Settings { sleeping: false, ..every(step) });
         let (_, seconds) = run(&mut simulator, 2.0);
-        add("step-cost", "20 boxes, awake", step.into(), 500.0 * seconds);
+        add_cost(add, "step-cost", "20 boxes, awake", step.into(), 2.0, seconds);
     }
 }
 
@@ -153,7 +163,7 @@ pub(crate) fn iterations(add: &mut Add<'_>) {
         add("iterations", "mass 100 on a chain", x, chain(100.0, settings));
         let mut simulator = tower(20, 1.0).0.started(settings);
         let (_, seconds) = run(&mut simulator, 2.0);
-        add("iterations-cost", "20 boxes, awake", x, 500.0 * seconds);
+        add_cost(add, "iterations-cost", "20 boxes, awake", x, 2.0, seconds);
     }
 }
 
@@ -291,7 +301,10 @@ pub(crate) fn many(add: &mut Add<'_>) {
         let mut measure = |variant: &str, seconds: f64| {
             let steps = (seconds * 60.0).round();
             let (whole, spent) = run(&mut simulator, seconds);
-            add("many", variant, count as f64, if whole { 1e3 * spent / steps } else { f64::INFINITY });
+            if !whole {
+                add("many", variant, count as f64, f64::INFINITY);
+            }
+            add_cost(add, "many", variant, count as f64, steps, spent);
         };
         measure("falling, first 2 s", 2.0);
         let settle = if count > 3000 { 2.0 } else { 8.0 };
