@@ -165,6 +165,17 @@ pub(crate) fn frames_per_second(text: &str) -> Result<f32, String> {
     between(text, 0.01, 1000.0, "frames a second, from 0.01 to 1000")
 }
 
+/// Seconds of a step: a number, or a fraction such as `1/240`.
+pub(crate) fn time_step(text: &str) -> Result<f32, String> {
+    let wanted = || "expected seconds from 0.000001 to 1, such as 1/240 or 0.004".to_owned();
+    let number = |text: &str| text.trim().parse::<f32>().map_err(|_| wanted());
+    let value = match text.split_once('/') {
+        Some((above, below)) => number(above)? / number(below)?,
+        None => number(text)?,
+    };
+    if (1e-6..=1.0).contains(&value) { Ok(value) } else { Err(wanted()) }
+}
+
 /// An angle in degrees for normals.
 pub(crate) fn tolerance(text: &str) -> Result<f32, String> {
     between(text, 0.0, 180.0, "degrees, from 0 to 180")
@@ -247,6 +258,14 @@ mod tests {
         assert!(number("nan").is_err() && number("inf").is_err() && number("1e99").is_err());
         assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-0.1").is_err());
         assert!(fraction("1.1").is_err() && field_of_view("180").is_err() && frames_per_second("0").is_err());
+    }
+
+    #[test]
+    fn steps_are_seconds_or_fractions() {
+        assert_eq!((time_step("1/240"), time_step("0.5")), (Ok(1.0 / 240.0), Ok(0.5)));
+        for wrong in ["", "0", "1/0", "-1", "2", "1/2/3", "nan", "1e-9", "/"] {
+            assert!(time_step(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

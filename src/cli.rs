@@ -18,11 +18,11 @@ Examples:
 
 Exit codes:
   0    done
-  1    `check` found errors, or `fmt --check` found a file that is not canonical
+  1    `check` found errors, `fmt --check` found a file that is not canonical, or what `simulate` simulated broke
   2    it could not be done: wrong arguments, a file that cannot be read or written
   101  a mistake in this program
 
-Files may be .aam, .gltf, .glb, .obj, .stl, .ply, and for view and render also .scene.toml.
+Files may be .aam, .gltf, .glb, .obj, .stl, .ply, and for view, render and simulate also .scene.toml.
 `aam VERB --help` shows examples of each verb.";
 
 /// Convert, inspect, draw and check AAM (Ascii Animated Mesh) assets.
@@ -55,6 +55,8 @@ pub(crate) enum Verb {
     Render(Box<RenderArgs>),
     /// Look at a file in a window
     View(ViewArgs),
+    /// Let the bodies of a file fall, collide and come to rest
+    Simulate(SimulateArgs),
     /// Show what a file holds
     Info(InfoArgs),
     /// Find what is wrong in AAM files
@@ -382,6 +384,68 @@ pub(crate) struct ViewArgs {
     pub(crate) msaa: String,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
+}
+
+const SIMULATE_EXAMPLES: &str = "\
+Examples:
+  aam simulate model.aam                          say where its bodies come to rest
+  aam simulate model.aam -o fall.glb --time 4     an animation; .aam and .gltf too
+  aam simulate room.scene.toml -o poses.csv --fps 60
+  aam simulate model.aam --steps 600 --dt 1/240 --hash
+  aam convert chair.glb --physics dynamic && aam simulate chair.aam --gravity 0,0,-1.62
+
+Bodies are those of PHYSICS in AAM files; `aam convert --physics` makes some. Up is the file's, gravity 9.81 m/s² down.
+Each step is as long as the others, and the same file and options give the same hash on every run.
+
+Exit codes: 0 done, 1 a body broke or was lost: the simulation was stopped there and what is written ends there,
+2 it could not be done.";
+
+#[derive(Debug, Args)]
+#[command(after_help = SIMULATE_EXAMPLES)]
+pub(crate) struct SimulateArgs {
+    /// File to simulate: .aam, or a .scene.toml that lists some
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Poses as .json or .csv, or an animation as .aam, .glb or .gltf; --fps says how many frames a second
+    #[arg(short, long, value_name = "PATH", value_hint = ValueHint::FilePath)]
+    pub(crate) output: Option<PathBuf>,
+    /// Simulated time; without it and --steps 5
+    #[arg(long, value_name = "SECONDS", value_parser = args::positive, conflicts_with = "steps")]
+    pub(crate) time: Option<f32>,
+    /// Simulate this many steps
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub(crate) steps: Option<u64>,
+    /// Length of a step, such as 1/240 or 0.004
+    #[arg(long, value_name = "SECONDS", default_value = "1/60", value_parser = args::time_step)]
+    pub(crate) dt: f32,
+    /// Acceleration of free bodies in m/s²; without it 9.81 down
+    #[arg(long, value_name = "X,Y,Z", value_parser = args::vector, allow_hyphen_values = true)]
+    pub(crate) gravity: Option<Vec3>,
+    /// Solver iterations a step: more are more accurate, and slower
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) iterations: u32,
+    /// Which bodies fast ones cannot pass through within a step
+    #[arg(long, value_name = "WHICH", default_value = "static")]
+    pub(crate) continuous: Continuous,
+    /// Stop when a body is farther than this many metres from where the bodies started
+    #[arg(long, value_name = "METRES", default_value = "100000", value_parser = args::positive)]
+    pub(crate) max_distance: f32,
+    /// Print a hash of all poses and velocities after every step
+    #[arg(long)]
+    pub(crate) hash: bool,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+/// Continuous collision detection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Continuous {
+    /// None
+    Off,
+    /// Static bodies
+    Static,
+    /// All bodies
+    All,
 }
 
 const INFO_EXAMPLES: &str = "\

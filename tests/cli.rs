@@ -12,7 +12,7 @@ use common::{Folder, SQUARE, square};
 fn help_teaches_by_example() {
     let folder = Folder::new();
     let help = folder.aam(&["--help"]).succeeds();
-    for verb in ["convert", "render", "view", "info", "check", "fmt", "completions"] {
+    for verb in ["convert", "render", "view", "simulate", "info", "check", "fmt", "completions"] {
         assert!(help.out.contains(verb), "{verb} is listed");
         let help = folder.aam(&[verb, "--help"]).succeeds();
         assert!(help.out.contains(&format!("Examples:\n  aam {verb}")), "{}", help.out);

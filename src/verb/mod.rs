@@ -6,4 +6,5 @@ pub(crate) mod convert;
 pub(crate) mod fmt;
 pub(crate) mod info;
 pub(crate) mod render;
+pub(crate) mod simulate;
 pub(crate) mod view;

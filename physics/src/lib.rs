@@ -1,0 +1,36 @@
+//! Rigid bodies: the `PHYSICS` of documents, simulated with rapier3d, giving poses back to a scene.
+//!
+//! - [`PhysicsMesh`] is what a document says about one object: how it moves, its material, its mass and its collision
+//!   shape. It never changes, and any number of simulators share it.
+//! - [`Simulator`] holds registered objects. [`Simulator::prepare`] copies them, with their initial places, into a
+//!   world of their own; [`Simulator::start`] lets them move; [`Simulator::end`] forgets all of it. The scene is never
+//!   changed: [`Simulator::world_transforms`] says where its nodes are meanwhile.
+//! - [`Background`] steps a simulator on a thread of its own, in real time, and gives interpolated poses without waiting.
+//! - [`Film`] is a document that plays what was simulated.
+//!
+//! Lengths are metres, masses kilograms, times seconds, angles radians. Steps have a fixed length, and the same scene
+//! gives the same poses bit for bit on every run of a program on one kind of machine; [`Simulator::hash`] tells.
+
+mod background;
+mod collider;
+mod error;
+mod film;
+mod friction;
+mod joint;
+mod mesh;
+mod moments;
+mod motion;
+mod pose;
+mod settings;
+mod simulator;
+mod world;
+
+pub use background::{Background, Collected};
+pub use error::{Divergence, PhysicsError, What};
+pub use film::Film;
+pub use joint::{Joint, JointKind};
+pub use mesh::{Material, PhysicsMesh, Shape, physics_meshes};
+pub use moments::Moments;
+pub use pose::{Pose, Poses};
+pub use settings::{Continuous, Settings};
+pub use simulator::{BodyState, Registration, Simulator};
