@@ -255,7 +255,7 @@ fn unknown_lines<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Text> {
             b"{" => depth += 1,
             b"}" if depth > 0 => depth -= 1,
             _ if depth > 0 && !word.is_empty() => {}
-            _ if is_number && !cx.binary.get() => {}
+            _ if is_number => {}
             _ if depth > 0 => {
                 let message = format!(
                     "expected `}}` at the end of the block of {}, found the end of the file",
