@@ -592,6 +592,7 @@ mod tests {
             &["aam", "convert", "a"],
             &["aam", "render", "a", "-o", "b"],
             &["aam", "view", "a"],
+            &["aam", "simulate", "a"],
             &["aam", "check", "a"],
             &["aam", "fmt", "a"],
         ] {
@@ -602,6 +603,7 @@ mod tests {
                     Verb::Render(args) => args.read.limits.limits(),
                     Verb::View(args) => args.read.limits.limits(),
                     Verb::Info(args) => args.read.limits.limits(),
+                    Verb::Simulate(args) => args.read.limits.limits(),
                     Verb::Check(args) => args.limits.limits(),
                     Verb::Fmt(args) => args.limits.limits(),
                     Verb::Completions(_) => unreachable!("it reads nothing"),

@@ -223,7 +223,7 @@ fn keep_unknown<'a>(cx: &Context<'a>, block: &Block, mut rest: Rest<'a>) -> Pars
             );
         }
         cx.warn_with(start, "syntax/unknown-tag", || unknown_message(block, start, "is unknown and kept as it is"))?;
-        let (tail, text) = unknown_lines(cx, start)?;
+        let (tail, text) = unknown_lines(start)?;
         block.keep(start, Unknown { before: None, text });
         rest = tail;
     }
@@ -242,7 +242,7 @@ fn unknown_message(block: &Block, start: Rest<'_>, what: &str) -> String {
 }
 
 /// One unknown line, the `{ }` block right after it, and the number rows right after that.
-fn unknown_lines<'a>(cx: &Context<'a>, rest: Rest<'a>) -> Parsed<'a, Text> {
+fn unknown_lines(rest: Rest<'_>) -> Parsed<'_, Text> {
     let first_line = skip_space(rest);
     let (mut rest, first) = line(first_line);
     let mut lines = first.to_vec();
