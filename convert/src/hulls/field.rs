@@ -74,6 +74,11 @@ impl Field {
         within && self.inside[self.place(at.map(|value| value as usize))]
     }
 
+    /// So far from a face on its own no voxel is on the surface.
+    pub(super) fn clear_of_surface(&self) -> f64 {
+        2.0 * self.step
+    }
+
     /// About how far a point is outside, by interpolation.
     pub(super) fn outside(&self, point: DVec3) -> f64 {
         let at = (point - self.origin) / self.step;

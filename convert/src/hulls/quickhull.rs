@@ -8,6 +8,8 @@
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
 
+use super::measure::area;
+
 /// A closed convex mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Polyhedron {
@@ -64,14 +66,15 @@ pub(super) fn hull(points: &[DVec3], most_vertices: usize) -> Option<Polyhedron>
     Some(builder.finish())
 }
 
-/// Hulls with less volume (of a mesh whose longest side is 1) are flat.
-const MOST_FLAT: f64 = 1e-9;
-/// The thickness of the plate that flat points become.
+/// The thickness (of a mesh whose longest side is 1) of the plate that flat points become.
 const PLATE: f64 = 1.0 / 256.0;
+/// Hulls that are thinner in the mean are flat.
+const FLAT_HULL: f64 = 1e-4;
 
 /// The hull of points; one in a plane becomes a thin plate, or nothing would stop at it. `None` if they are on one line.
 pub(super) fn solid(points: &[DVec3], most_vertices: usize) -> Option<Polyhedron> {
-    let found = hull(points, most_vertices).filter(|piece| piece.volume() > MOST_FLAT);
+    let thick = |piece: &Polyhedron| piece.volume() > FLAT_HULL * 0.5 * area(piece);
+    let found = hull(points, most_vertices).filter(thick);
     found.or_else(|| {
         let aside = 0.5 * PLATE * plane_normal(points)?;
         let both: Vec<DVec3> = points.iter().flat_map(|point| [*point - aside, *point + aside]).collect();

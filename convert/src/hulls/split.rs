@@ -1,5 +1,6 @@
 //! Cuts a mesh into parts, the worst one first, by the planes that leave the least error.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
@@ -21,7 +22,9 @@ const UNEVEN: f64 = 0.1;
 /// No side may be thinner than this part of the mesh's longest side, unless it is a face.
 const THIN: f64 = 0.015;
 /// As thin as a face.
-const FLAT: f64 = 1e-6;
+const FLAT: f64 = 2e-5;
+/// A wall without thickness is cut off so far behind its face.
+const BEHIND: f64 = 1e-5;
 /// Triangles that cuts are looked for in.
 const SKETCHED: usize = 6_000;
 /// Planes that are looked at closely.
@@ -226,7 +229,7 @@ fn candidates(part: &Part, field: &Field) -> (Vec<Plane>, f64) {
         widest = widest.max(step);
         planes.extend((1..=ACROSS).map(|at| Plane { normal: axis, offset: low + at as f64 * step }));
     }
-    planes.extend(face_planes(part.sketch()));
+    planes.extend(face_planes(part.sketch(), field));
     let nearest = field.nearest(part.excess.place);
     let (right, up) = part.excess.normal.try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
     for at in 0..AROUND {
@@ -236,9 +239,9 @@ fn candidates(part: &Part, field: &Field) -> (Vec<Plane>, f64) {
     (planes, widest)
 }
 
-/// The planes of the largest faces that others are on both sides of.
-fn face_planes(mesh: &Mesh) -> Vec<Plane> {
-    let mut areas: std::collections::BTreeMap<[i32; 4], (f64, Plane)> = std::collections::BTreeMap::new();
+/// The planes of the largest faces that others are on both sides of, or that are walls without a solid behind them.
+fn face_planes(mesh: &Mesh, field: &Field) -> Vec<Plane> {
+    let mut areas: BTreeMap<[i32; 4], (f64, Plane, DVec3)> = BTreeMap::new();
     for triangle in &mesh.triangles {
         let [a, b, c] = mesh.corners(*triangle);
         let double = (b - a).cross(c - a);
@@ -248,17 +251,27 @@ fn face_planes(mesh: &Mesh) -> Vec<Plane> {
         let normal = normal * first.signum();
         let plane = Plane { normal, offset: normal.dot(a) };
         let [x, y, z] = (normal * 40.0).round().to_array().map(|value| value as i32);
-        let entry = areas.entry([x, y, z, (plane.offset * 400.0).round() as i32]).or_insert((0.0, plane));
+        let entry =
+            areas.entry([x, y, z, (plane.offset * 400.0).round() as i32]).or_insert((0.0, plane, (a + b + c) / 3.0));
         entry.0 += double.length();
     }
-    let mut planes: Vec<(f64, Plane)> = areas.into_values().collect();
+    let mut planes: Vec<(f64, Plane, DVec3)> = areas.into_values().collect();
     planes.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let parts = |plane: &Plane| {
+    let useful = |(_, plane, middle): (f64, Plane, DVec3)| {
         let beside =
             |side: f64| mesh.vertices.iter().any(|vertex| (plane.normal.dot(*vertex) - plane.offset) * side > 1e-3);
-        beside(1.0) && beside(-1.0)
+        match [beside(-1.0), beside(1.0)] {
+            [true, true] => Some(plane),
+            [false, false] => None,
+            [_, front] => {
+                let inwards = if front { 1.0 } else { -1.0 };
+                let behind = middle + inwards * field.clear_of_surface() * plane.normal;
+                let wall = !field.is_inside(behind);
+                wall.then_some(Plane { offset: plane.offset + inwards * BEHIND, ..plane })
+            }
+        }
     };
-    planes.into_iter().take(4 * FACES).map(|(_, plane)| plane).filter(parts).take(FACES).collect()
+    planes.into_iter().take(4 * FACES).filter_map(useful).take(FACES).collect()
 }
 
 /// The principal axes of a surface.
