@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::path::Path;
+
 use common::{Folder, SQUARE};
 
 #[test]
@@ -61,7 +63,8 @@ fn what_was_simulated_plays_as_aam_and_glb() {
     assert_eq!(before["triangles"], after["triangles"]);
     assert_eq!(folder.aam(&["info", "fall.glb", "--json"]).json()["triangles"], after["triangles"]);
     let picture = |file: &str, frame: &str| {
-        let name = format!("{file}-{frame}.png");
+        // `file` is a path into the fixtures, where nothing is written.
+        let name = format!("at-{}-{frame}.png", Path::new(file).file_stem().expect("a name").to_string_lossy());
         let view =
             ["--engine", "reference", "--samples", "1", "--size", "160x120", "--camera-position", "0.8,-2.6,1.5"];
         let place = ["render", file, "-o", &name, "--frame", frame, "--camera-target", "0,0,0"];
