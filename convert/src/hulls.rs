@@ -108,6 +108,7 @@ const ATTEMPTS: usize = 4;
 const CONVEX: f64 = 1e-4;
 /// Tests of a triangle against a voxel that one decomposition may cost.
 const MOST_TESTS: f64 = 2e7;
+
 /// Cuts a mesh into convex pieces. The same mesh and options give the same pieces.
 ///
 /// # Errors
