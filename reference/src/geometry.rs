@@ -170,10 +170,10 @@ impl<'a> Geometry<'a> {
                     let material = scene.materials.get(subset.material.index());
                     geometry.surfaces.push(surfaces.surface(mesh, material));
                 }
-                (first, Arc::new(frame::normals(mesh, index)))
+                (first, Arc::new(mesh.normals_at(index)))
             });
             let instance = Instance::new(mesh, Arc::clone(normals), &world[node]);
-            geometry.add(instance, frame::positions(mesh, index), &world[node], *first_surface);
+            geometry.add(instance, mesh.positions_at(index), &world[node], *first_surface);
         }
         let (bvh, order) = Bvh::build(&geometry.corners);
         geometry.bvh = bvh;

@@ -7,15 +7,18 @@
 //! maps are data.
 
 mod build;
+pub mod displacement;
 mod file;
 mod frames;
 mod materials;
 mod mesh;
+mod pose;
 mod texture;
 mod types;
 mod weld;
 
 pub use build::{BuildOptions, Built, build, object_nodes};
+pub use displacement::{DisplacementError, DisplacementMode};
 pub use file::{AssetEntry, BackgroundEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError, SceneSyntaxError};
 pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureSource, load_texture};
 pub use types::*;
