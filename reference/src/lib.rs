@@ -120,7 +120,7 @@ fn draw<T: Copy + Default + Send>(
     work::with_threads(options, || {
         let rays = RayMaker::new(view)?;
         let start = Instant::now();
-        let (scene, _) = displacement::displaced(scene, frame::index(view.frame), options.displacement)?;
+        let (scene, _) = displacement::displaced(scene, view, options.displacement)?;
         let world = World::new(&scene, view, options)?;
         if options.bounces > 0 && world.shading == Shading::Source {
             return Err(Error::BouncesInSource);

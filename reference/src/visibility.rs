@@ -7,7 +7,6 @@ use glam::Vec2;
 
 use crate::bvh::Ray;
 use crate::camera::RayMaker;
-use crate::frame;
 use crate::geometry::Hits;
 use crate::light::Lamp;
 use crate::options::{Error, LightSize, Options, Stats};
@@ -58,7 +57,7 @@ pub fn visibility(
     with_threads(options, || {
         let rays = RayMaker::new(view)?;
         let start = Instant::now();
-        let (scene, _) = displacement::displaced(scene, frame::index(view.frame), options.displacement)?;
+        let (scene, _) = displacement::displaced(scene, view, options.displacement)?;
         let world = World::new(&scene, view, options)?;
         let shader = world.shader(options);
         let mut stats = world.stats(start.elapsed());

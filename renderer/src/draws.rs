@@ -4,10 +4,11 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use aam_scene::{Image, Layer, Material, Mesh, NormalSpace, Scene, Subset, TextureLayer};
+use aam_scene::{DisplacementMode, Image, Layer, Material, Mesh, NormalSpace, Scene, Subset, TextureLayer, View};
 use bytemuck::{Pod, Zeroable};
-use glam::{Affine3A, DMat3, Vec3};
+use glam::{Affine3A, DMat3, Mat3, Vec3};
 
+use crate::displacement::{DisplacementTable, Needs, SurfaceKey};
 use crate::materials::{GpuMaterial, MaterialSlot, MaterialTable, opacity};
 use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
@@ -36,6 +37,15 @@ impl Instance {
     }
 }
 
+impl Instance {
+    /// From its coordinates to the world's.
+    fn world(&self) -> Affine3A {
+        let row = |row: usize| Vec3::from_slice(&self.rows[row][..3]);
+        let translation = Vec3::from_array(self.rows.map(|row| row[3]));
+        Affine3A::from_mat3_translation(Mat3::from_cols(row(0), row(1), row(2)).transpose(), translation)
+    }
+}
+
 /// The inverse transpose up to a positive factor, which exists even if the matrix flattens: its cofactors.
 fn normal_matrix(world: &Affine3A) -> DMat3 {
     let [x, y, z] = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis].map(|axis| axis.as_dvec3());
@@ -60,6 +70,8 @@ pub(crate) struct Batch {
     uv_layers: [u8; 2],
     pub mesh: usize,
     pub subset: u32,
+    /// The displaced surface that is drawn instead of the subset's own triangles.
+    pub displaced: Option<SurfaceKey>,
     pub indices: Range<u32>,
     pub instances: Range<u32>,
 }
@@ -109,6 +121,8 @@ pub(crate) struct DrawList {
     /// The node of each instance.
     pub nodes: Vec<u32>,
     pub meshes: Vec<DrawnMesh>,
+    /// Displaced surfaces and the mesh that each is of.
+    pub displaced: Vec<(usize, SurfaceKey)>,
     /// Ordered by pipeline.
     pub opaque: Vec<Batch>,
     /// In scene order.
@@ -129,6 +143,9 @@ pub(crate) struct Mode {
     pub anisotropy: u16,
     /// Animation frame.
     pub animation_frame: usize,
+    pub displacement: DisplacementMode,
+    /// Edges are drawn over the picture.
+    pub wireframe: bool,
     /// Number of the picture, for the age of resources.
     pub picture: u64,
 }
@@ -139,6 +156,7 @@ pub(crate) struct Tables<'a> {
     pub meshes: &'a mut MeshTable,
     pub textures: &'a mut TextureTable,
     pub materials: &'a mut MaterialTable,
+    pub displacements: &'a mut DisplacementTable,
     pub pipelines: &'a mut Pipelines,
 }
 
@@ -162,6 +180,7 @@ struct Look {
 /// Finds out what a scene draws and puts it on the GPU.
 pub(crate) fn prepare(
     scene: &Scene,
+    view: &View,
     mode: &Mode,
     tables: &mut Tables<'_>,
     uploader: &mut Uploader<'_>,
@@ -169,8 +188,14 @@ pub(crate) fn prepare(
 ) -> Result<DrawList, RenderError> {
     let mut list = place(scene, mode)?;
     let mut looks: HashMap<(u32, MeshTraits), Option<Look>> = HashMap::new();
-    for drawn in &list.meshes {
+    tables.displacements.begin();
+    for drawn in list.meshes.clone() {
         let mesh = &scene.meshes[drawn.mesh];
+        let placed = &list.instances[drawn.instances.start as usize..drawn.instances.end as usize];
+        let world: Vec<Affine3A> = match mode.displacement {
+            DisplacementMode::Adaptive { .. } => placed.iter().map(Instance::world).collect(),
+            _ => Vec::new(),
+        };
         let gpu_mesh = tables.meshes.ensure(uploader, mesh, drawn.frame)?;
         let traits = MeshTraits {
             uvs: [0, 1, 2, 3].map(|layer: usize| mesh.uvs[layer].is_some()),
@@ -179,7 +204,7 @@ pub(crate) fn prepare(
             translucent_colors: gpu_mesh.translucent_colors,
         };
         for (number, subset) in (0..).zip(&mesh.subsets) {
-            let indices = triangles(subset);
+            let mut indices = triangles(subset);
             if indices.is_empty() {
                 continue;
             }
@@ -202,8 +227,30 @@ pub(crate) fn prepare(
             };
             let Some(Look { variant, uv_layers, slot }) = look else { continue };
             let gpu_mesh = tables.meshes.ensure(uploader, mesh, drawn.frame)?;
-            for stream in streams(&variant, uv_layers) {
-                ensure_stream(uploader, gpu_mesh, mesh, stream)?;
+            let needs = Needs {
+                frame: drawn.frame,
+                sorted: variant.alpha.blend,
+                edges: mode.wireframe,
+                picture: mode.picture,
+            };
+            let displaced = tables.displacements.ensure(
+                uploader,
+                scene,
+                mesh,
+                gpu_mesh,
+                number,
+                (mode.displacement, view, &world),
+                streams(&variant, uv_layers),
+                needs,
+                warnings,
+            )?;
+            if let Some(key) = displaced {
+                indices = 0..tables.displacements.get(key).map_or(0, |surface| surface.index_count);
+                list.displaced.push((drawn.mesh, key));
+            } else {
+                for stream in streams(&variant, uv_layers) {
+                    ensure_stream(uploader, gpu_mesh, mesh, stream)?;
+                }
             }
             let halves = [
                 (false, drawn.instances.start..drawn.first_mirrored),
@@ -218,6 +265,7 @@ pub(crate) fn prepare(
                     uv_layers,
                     mesh: drawn.mesh,
                     subset: number,
+                    displaced,
                     indices: indices.clone(),
                     instances,
                 });
@@ -395,7 +443,7 @@ pub(crate) fn mesh_of<'a>(scene: &'a Scene, batch: &Batch) -> &'a Arc<Mesh> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat3, Quat};
+    use glam::Quat;
 
     #[test]
     fn normals_follow_the_inverse_transpose_also_of_mirrors() {

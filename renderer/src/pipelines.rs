@@ -208,7 +208,10 @@ impl Pipelines {
         let blends = match key.program {
             Program::Surface(variant) => variant.alpha.blend,
             Program::Edges { .. } | Program::Normals { .. } | Program::Shape { .. } => true,
-            Program::Background { .. } | Program::Present { .. } => false,
+            Program::Background { .. }
+            | Program::Present { .. }
+            | Program::Displace { .. }
+            | Program::Interpolate => false,
         };
         let module = &self.modules[&key.program];
         let constants = key.constants.values(&key.program);
@@ -271,7 +274,11 @@ fn depth_state(program: &Program) -> wgpu::DepthStencilState {
     let (write, compare) = match program {
         Program::Surface(variant) if variant.alpha.blend => (false, GreaterEqual),
         Program::Surface(_) => (true, Greater),
-        Program::Shape { nudge: false, .. } | Program::Background { .. } | Program::Present { .. } => (false, Always),
+        Program::Shape { nudge: false, .. }
+        | Program::Background { .. }
+        | Program::Present { .. }
+        | Program::Displace { .. }
+        | Program::Interpolate => (false, Always),
         Program::Shape { nudge: true, .. } | Program::Edges { .. } | Program::Normals { .. } => (false, GreaterEqual),
     };
     wgpu::DepthStencilState {
@@ -372,7 +379,10 @@ impl VertexBuffers {
             Program::Shape { .. } => {
                 vec![(28, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x4, 12, 2)])]
             }
-            Program::Background { .. } | Program::Present { .. } => Vec::new(),
+            Program::Background { .. }
+            | Program::Present { .. }
+            | Program::Displace { .. }
+            | Program::Interpolate => Vec::new(),
         })
     }
 

@@ -6,6 +6,7 @@ use aam_scene::{Image, Pixels, Projection, Scene, Shading, View};
 
 use crate::backdrop;
 use crate::camera::{FrameUniform, view_direction};
+use crate::displacement::DisplacementTable;
 use crate::draws::{self, Mode, Tables};
 use crate::frame::Frame;
 use crate::lights;
@@ -34,6 +35,7 @@ pub struct Renderer {
     pub(crate) meshes: MeshTable,
     pub(crate) textures: TextureTable,
     pub(crate) materials: MaterialTable,
+    pub(crate) displacements: DisplacementTable,
     pub(crate) pipelines: Pipelines,
     pub(crate) targets: TargetPool,
     pub(crate) overlays: OverlayTable,
@@ -57,6 +59,7 @@ impl Renderer {
             meshes: MeshTable::default(),
             textures: TextureTable::default(),
             materials: MaterialTable::default(),
+            displacements: DisplacementTable::default(),
             targets: TargetPool::default(),
             overlays: OverlayTable::new(),
             sorted: Sorted::default(),
@@ -138,12 +141,13 @@ impl Renderer {
         Resources {
             meshes: self.meshes.len(),
             mesh_buffers: self.meshes.buffer_count(),
+            displaced_surfaces: self.displacements.len(),
             textures: self.textures.len(),
             materials: self.materials.len(),
-            shaders_built: self.pipelines.module_count(),
-            pipelines_built: self.pipelines.len(),
+            shaders_built: self.pipelines.module_count() + self.displacements.pipelines.len(),
+            pipelines_built: self.pipelines.len() + self.displacements.pipelines.len(),
             targets: self.targets.len(),
-            bytes: self.meshes.bytes() + self.textures.bytes(),
+            bytes: self.meshes.bytes() + self.displacements.bytes() + self.textures.bytes(),
         }
     }
 
@@ -178,7 +182,7 @@ impl Renderer {
         let mut stats = FrameStats::default();
         let gpu = self.gpu.clone();
         let mut uploader = Uploader::new(&gpu);
-        let pipelines_before = self.pipelines.len();
+        let pipelines_before = self.resources().pipelines_built;
 
         let linear = shading(scene, options) == Shading::Linear;
         let normal_length = options.overlays.normals.unwrap_or(0.0);
@@ -197,15 +201,19 @@ impl Renderer {
             ambient_light: packed_lights.ambient,
             anisotropy: options.anisotropy.clamp(1, 16),
             animation_frame,
+            displacement: options.displacement,
+            wireframe: options.overlays.wireframe,
             picture: self.picture,
         };
         let mut tables = Tables {
             meshes: &mut self.meshes,
             textures: &mut self.textures,
             materials: &mut self.materials,
+            displacements: &mut self.displacements,
             pipelines: &mut self.pipelines,
         };
-        let list = draws::prepare(scene, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        let list = draws::prepare(scene, view, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        stats.displaced_points = self.displacements.point_count();
         let anything = !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty();
 
         let background = options.background.as_ref().unwrap_or(&scene.background);
@@ -241,7 +249,7 @@ impl Renderer {
         } else {
             let direction = view_direction(&view.camera);
             let list = &frame.list;
-            if self.sorted.update(scene, list, &self.meshes, animation_frame, uniform.eye, direction)? {
+            if self.sorted.update(scene, list, &self.meshes, &self.displacements, animation_frame, uniform.eye, direction)? {
                 self.sorted_indices.set(&mut uploader, bytemuck::cast_slice(&self.sorted.indices))?;
             }
         }
@@ -250,7 +258,7 @@ impl Renderer {
         let start = Instant::now();
         self.record(scene, view, options, target, &frame, &mut stats)?;
         stats.cpu.encode_ms = milliseconds(start);
-        stats.pipelines_built = (self.pipelines.len() - pipelines_before) as u32;
+        stats.pipelines_built = (self.resources().pipelines_built - pipelines_before) as u32;
         stats.bytes_uploaded = uploader.bytes;
         self.sweep();
         Ok(stats)
@@ -261,6 +269,7 @@ impl Renderer {
         self.meshes.sweep();
         self.textures.sweep(self.picture);
         self.materials.sweep(&self.textures, self.picture);
+        self.displacements.sweep(self.picture);
         self.targets.sweep(self.picture);
         self.overlays.sweep();
     }

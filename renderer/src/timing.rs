@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use crate::{Gpu, PassTime};
 
 /// The most timestamps in a frame.
-const MAX_STAMPS: u32 = 8;
+const MAX_STAMPS: u32 = 16;
 
 /// Frames whose results may be under way at once.
 const IN_FLIGHT: usize = 3;

@@ -1,10 +1,29 @@
-//! Meshes at a frame of their animation.
+//! A scene and its meshes at a frame of the animation.
 
 use std::borrow::Cow;
 
-use glam::Vec3;
+use glam::{Affine3A, Vec3};
 
-use crate::{Mesh, MeshFrame};
+use crate::{Mesh, MeshFrame, Scene};
+
+impl Scene {
+    /// Node to world for every node at a frame, in order. Past the last frame an animation stands still.
+    pub fn world_transforms_at(&self, frame: usize) -> Vec<Affine3A> {
+        let mut locals: Vec<Affine3A> = self.nodes.iter().map(|node| node.local).collect();
+        for motion in self.animation.iter().flat_map(|animation| &animation.nodes) {
+            let last = motion.locals.len().saturating_sub(1);
+            if let (Some(local), Some(moved)) = (locals.get_mut(motion.node.index()), motion.locals.get(frame.min(last))) {
+                *local = *moved;
+            }
+        }
+        let mut world: Vec<Affine3A> = Vec::with_capacity(locals.len());
+        for (node, local) in self.nodes.iter().zip(locals) {
+            let parent = node.parent.and_then(|id| world.get(id.index()));
+            world.push(parent.map_or(local, |parent| *parent * local));
+        }
+        world
+    }
+}
 
 impl Mesh {
     /// Positions: of frame 0 the mesh's own, then those of its later frames, the last of which stays.

@@ -14,8 +14,10 @@ macro_rules! files {
 const FILES: &[(&str, &str)] = files![
     "background",
     "color",
+    "displace",
     "frame",
     "fullscreen",
+    "interpolate",
     "lights",
     "material",
     "node",
@@ -23,6 +25,7 @@ const FILES: &[(&str, &str)] = files![
     "phong",
     "present",
     "surface",
+    "tessellation",
 ];
 
 /// A shader program: a root file and the features that hold.
@@ -36,6 +39,10 @@ pub(crate) enum Program {
     Normals { linear: bool },
     /// Lines or triangles in world coordinates; `nudge` brings them in front of what they lie on.
     Shape { linear: bool, nudge: bool },
+    /// Points of a tessellated surface: where displacement moves them, and the `normals` there.
+    Displace { normals: bool },
+    /// Another attribute of a mesh at the points of a tessellated surface.
+    Interpolate,
     /// A background picture.
     Background { encode: bool },
     /// The last pass, into a target that could not be drawn to directly.
@@ -47,6 +54,8 @@ impl Program {
         match self {
             Self::Surface(_) => "surface",
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
+            Self::Displace { .. } => "displace",
+            Self::Interpolate => "interpolate",
             Self::Background { .. } => "background",
             Self::Present { .. } => "present",
         }
@@ -61,6 +70,8 @@ impl Program {
             Self::Edges { linear } => overlay(true, false, true, linear),
             Self::Normals { linear } => overlay(true, true, true, linear),
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
+            Self::Displace { normals } => vec![("NORMALS", normals)],
+            Self::Interpolate => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
@@ -84,6 +95,8 @@ fn all_programs() -> Vec<Program> {
         programs.extend([Program::Edges { linear }, Program::Normals { linear }]);
         programs.extend([false, true].map(|nudge| Program::Shape { linear, nudge }));
     }
+    programs.extend([false, true].map(|normals| Program::Displace { normals }));
+    programs.push(Program::Interpolate);
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
@@ -143,7 +156,7 @@ mod tests {
         // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
         // colours) × 4 (alpha). Then 6 that show stored values.
         assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + 2 + 6);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + 3 + 2 + 6);
     }
 
     #[test]

@@ -5,7 +5,9 @@
 //! draw the same plans: the renderer works out the points on the GPU, the reference tracer takes [`displaced`], a scene whose
 //! meshes are displaced already.
 
+mod adaptive;
 mod base;
+mod detail;
 mod height;
 mod plan;
 mod surface;
@@ -13,21 +15,26 @@ mod surface;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use glam::{Mat3, Vec2};
+use glam::{Affine3A, Mat3, Vec2};
 use thiserror::Error;
 
+pub use adaptive::Viewer;
 pub use base::{Base, classes};
+pub use detail::Detail;
 pub use height::HeightMap;
 pub use plan::{Place, Plan, Point};
 pub use surface::Surface;
 
-use crate::{Aabb, Displacement, Image, Layer, Material, Mesh, NormalSpace, Scene, Subset};
+use crate::{Aabb, Displacement, Image, Layer, Material, Mesh, NormalSpace, Scene, Subset, View};
 
 /// The finest cut of an edge: above it the factor is clamped, and a warning says so.
 pub const MAX_TESSELLATION: u32 = 1024;
 
 /// The most triangles that displacement may make in a picture, each mesh counted once: they take some 100 bytes each.
 pub const MAX_TRIANGLES: u64 = 1 << 23;
+
+/// The smallest pixel error of adaptive tessellation; below it counts as this.
+pub const MIN_PIXEL_ERROR: f32 = 0.01;
 
 /// The largest bias and scale, in object units; beyond it they are clamped.
 pub const MAX_DISTANCE: f32 = 1e9;
@@ -41,6 +48,17 @@ pub enum DisplacementMode {
     /// Each edge is cut into as many parts as the mesh's tessellation factor says, as in the source.
     #[default]
     Uniform,
+    /// Each edge is halved as often as the picture needs, and the tessellation factor is not looked at.
+    Adaptive {
+        /// The most that a point of the surface moves, in pixels, when the tessellation changes; it is never farther than
+        /// half of that from the displaced surface. At least [`MIN_PIXEL_ERROR`].
+        pixel_error: f32,
+    },
+}
+
+impl DisplacementMode {
+    /// Adaptive with a pixel error of 1.
+    pub const ADAPTIVE: Self = Self::Adaptive { pixel_error: 1.0 };
 }
 
 /// Why a displaced mesh cannot be drawn.
@@ -143,6 +161,17 @@ pub fn warnings(mesh: &Mesh) -> Vec<String> {
     warnings
 }
 
+/// What there is to say where adaptive tessellation had to multiply its pixel error.
+pub fn coarser_warning(mesh: &Mesh, factor: f32) -> Option<String> {
+    (factor > 1.0).then(|| {
+        format!(
+            "mesh {:?} is tessellated with {factor} times the pixel error asked for, so that a picture has at most \
+             {MAX_TRIANGLES} displaced triangles",
+            mesh.name
+        )
+    })
+}
+
 /// The farthest that displacement moves any point of a mesh; 0 if it moves none.
 pub fn reach(mesh: &Mesh) -> f32 {
     let usable = mesh.displacement.as_ref().and_then(usable);
@@ -158,35 +187,41 @@ pub fn bounds(mesh: &Mesh) -> Aabb {
     Aabb { min: mesh.bounds.min - reach, max: mesh.bounds.max + reach }
 }
 
-/// A scene at a frame with its meshes displaced, and what there is to say about it. Meshes that nothing displaces are shared
-/// with the scene.
+/// A scene with its meshes displaced as a view shows them, at the view's frame, and what there is to say about it. Meshes that
+/// nothing displaces are shared with the scene.
 ///
 /// # Errors
 /// A mesh would have too many triangles.
-pub fn displaced(
-    scene: &Scene,
-    frame: usize,
+pub fn displaced<'a>(
+    scene: &'a Scene,
+    view: &View,
     mode: DisplacementMode,
-) -> Result<(Cow<'_, Scene>, Vec<String>), DisplacementError> {
+) -> Result<(Cow<'a, Scene>, Vec<String>), DisplacementError> {
     let mut said = Vec::new();
     let mut made: Option<Scene> = None;
     if mode == DisplacementMode::Off {
         return Ok((Cow::Borrowed(scene), said));
     }
     let visible = scene.visibility();
-    let mut used = vec![false; scene.meshes.len()];
-    for (node, _) in scene.nodes.iter().zip(visible).filter(|(_, visible)| *visible) {
-        if let Some(used) = node.mesh.and_then(|mesh| used.get_mut(mesh.index())) {
-            *used = true;
+    let frame = view.frame as usize;
+    let world = scene.world_transforms_at(frame);
+    let mut placed: Vec<Vec<Affine3A>> = vec![Vec::new(); scene.meshes.len()];
+    for (index, node) in scene.nodes.iter().enumerate().filter(|(index, _)| visible[*index]) {
+        if let Some(placed) = node.mesh.and_then(|mesh| placed.get_mut(mesh.index())) {
+            placed.push(world[index]);
         }
     }
     let mut allowed = MAX_TRIANGLES;
-    for (index, mesh) in scene.meshes.iter().enumerate().filter(|(index, _)| used[*index]) {
+    for (index, mesh) in scene.meshes.iter().enumerate().filter(|(index, _)| !placed[*index].is_empty()) {
         if mesh.subsets.iter().all(|subset| of_subset(scene, mesh, subset).is_none()) {
             continue;
         }
         said.extend(warnings(mesh));
-        let displaced = displaced_mesh(scene, mesh, frame, &mut allowed)?;
+        let fineness = match mode {
+            DisplacementMode::Adaptive { pixel_error } => Some(Viewer::new(view, &placed[index], pixel_error)),
+            _ => None,
+        };
+        let displaced = displaced_mesh(scene, mesh, frame, fineness.as_ref(), &mut allowed, &mut said)?;
         made.get_or_insert_with(|| scene.clone()).meshes[index] = Arc::new(displaced);
     }
     Ok((made.map_or(Cow::Borrowed(scene), Cow::Owned), said))
@@ -197,7 +232,9 @@ fn displaced_mesh(
     scene: &Scene,
     mesh: &Mesh,
     frame: usize,
+    viewer: Option<&Viewer>,
     allowed: &mut u64,
+    said: &mut Vec<String>,
 ) -> Result<Mesh, DisplacementError> {
     let positions = mesh.positions_at(frame);
     let normals = mesh.normals_at(frame);
@@ -218,8 +255,6 @@ fn displaced_mesh(
         if let Some((displaced, heights)) = displaced {
             let base = Base::new(mesh, subset, &classes);
             let Displacement { tessellation, bias, scale } = displaced.parameters;
-            let plan = Plan::uniform(&base, tessellation, &mesh.name, *allowed)?;
-            *allowed -= (plan.triangle_count() as u64).min(*allowed);
             let surface = Surface {
                 positions,
                 normals: &normals,
@@ -229,6 +264,16 @@ fn displaced_mesh(
                 bias,
                 scale,
             };
+            let plan = match viewer {
+                None => Plan::uniform(&base, tessellation, &mesh.name, *allowed)?,
+                Some(viewer) => {
+                    let detail = Detail::new(&heights);
+                    let (plan, coarser) = Plan::adaptive(&base, &surface, &detail, viewer, &mesh.name, *allowed)?;
+                    said.extend(coarser_warning(mesh, coarser));
+                    plan
+                }
+            };
+            *allowed -= (plan.triangle_count() as u64).min(*allowed);
             let (moved, turned) = surface.vertices(&plan, displaced.recompute_normals);
             out.positions.extend(moved);
             out.normals.extend(turned);

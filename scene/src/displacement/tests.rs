@@ -90,9 +90,23 @@ fn with(mut mesh: Mesh, tessellation: u32, bias: f32, scale: f32) -> Mesh {
     mesh
 }
 
+/// Looks at the origin from so far away.
+fn view(distance: f32) -> View {
+    let camera = crate::Camera {
+        name: String::new(),
+        position: Vec3::new(0.6, -0.8, 0.0) * distance,
+        target: Vec3::ZERO,
+        up: Vec3::Z,
+        projection: crate::Projection::Perspective { fov_y: 0.8 },
+        near: 0.01,
+        far: 100.0,
+    };
+    View { camera, width: 800, height: 600, frame: 0.0 }
+}
+
 /// The displaced mesh of a scene of one.
 fn drawn(scene: &Scene) -> Arc<Mesh> {
-    Arc::clone(&displaced(scene, 0, DisplacementMode::Uniform).unwrap().0.meshes[0])
+    Arc::clone(&displaced(scene, &view(4.0), DisplacementMode::Uniform).unwrap().0.meshes[0])
 }
 
 fn corners(mesh: &Mesh) -> impl Iterator<Item = [Vec3; 3]> {
@@ -301,7 +315,7 @@ fn too_many_triangles_are_refused_before_they_take_memory() {
     mesh.name = "Moon".into();
     mesh.indices = [0, 1, 2].repeat(100_000);
     let scene = scene(with_subset(mesh), image(2, 2, |x, _| x as f32));
-    let refused = displaced(&scene, 0, DisplacementMode::Uniform).unwrap_err().to_string();
+    let refused = displaced(&scene, &view(4.0), DisplacementMode::Uniform).unwrap_err().to_string();
     assert!(refused.starts_with("displacing mesh \"Moon\" with a tessellation factor of 1024 makes 104857600000"), "{refused}");
     let said = warnings(&scene.meshes[0]);
     assert!(said.len() == 1 && said[0].contains("4294967295") && said[0].contains("1024"), "{said:?}");
@@ -311,7 +325,7 @@ fn too_many_triangles_are_refused_before_they_take_memory() {
 fn what_nothing_displaces_is_shared() {
     let map = image(2, 2, |x, _| x as f32);
     let plain = scene(triangle(), Arc::clone(&map));
-    let shared = |scene: &Scene, mode| matches!(displaced(scene, 0, mode), Ok((Cow::Borrowed(_), _)));
+    let shared = |scene: &Scene, mode| matches!(displaced(scene, &view(4.0), mode), Ok((Cow::Borrowed(_), _)));
     assert!(shared(&plain, DisplacementMode::Uniform), "no parameters");
     assert!(shared(&scene(with(triangle(), 8, 0.0, 0.0), Arc::clone(&map)), DisplacementMode::Uniform), "nothing moves");
     let mut moved = scene(with(triangle(), 8, 0.0, 1.0), map);
@@ -350,4 +364,120 @@ fn other_attributes_are_interpolated_and_other_subsets_kept() {
     let uvs = mesh.uvs[0].as_ref().unwrap();
     assert!(uvs[..6].contains(&Vec2::new(1.0, 2.0)) && mesh.colors.as_ref().unwrap().len() == 9);
     assert!(mesh.positions[6..].iter().all(|p| p.z == 0.0));
+}
+
+/// A flat square of so many cells a side, whose map covers it once.
+fn court(cells: u32) -> Mesh {
+    let mut mesh = Mesh::default();
+    let mut uvs = Vec::new();
+    for j in 0..=cells {
+        for i in 0..=cells {
+            let uv = Vec2::new(i as f32, j as f32) / cells as f32;
+            mesh.positions.push((uv - 0.5).extend(0.0) * 2.0);
+            mesh.normals.push(Vec3::Z);
+            uvs.push(uv);
+        }
+    }
+    for j in 0..cells {
+        for i in 0..cells {
+            let a = j * (cells + 1) + i;
+            mesh.indices.extend([a, a + 1, a + cells + 2, a, a + cells + 2, a + cells + 1]);
+        }
+    }
+    mesh.uvs[3] = Some(uvs);
+    with_subset(mesh)
+}
+
+/// Waves inside a disc that covers a twentieth of the map, nothing elsewhere.
+fn waves() -> Arc<Image> {
+    image(256, 256, |x, y| {
+        let d = Vec2::new(x as f32 - 90.0, y as f32 - 160.0) / 256.0;
+        let inside = (1.0 - d.length() / 0.13).max(0.0);
+        0.5 + 0.5 * (inside * inside).min(1.0) * (90.0 * d.x).sin() * (70.0 * d.y).cos()
+    })
+}
+
+fn adaptive(scene: &Scene, distance: f32, pixel_error: f32) -> Arc<Mesh> {
+    let mode = DisplacementMode::Adaptive { pixel_error };
+    Arc::clone(&displaced(scene, &view(distance), mode).unwrap().0.meshes[0])
+}
+
+/// The height of a mesh above a flat base, where a vertical line meets it.
+fn height_over(mesh: &Mesh, at: Vec2) -> Option<f32> {
+    corners(mesh).find_map(|[a, b, c]| {
+        let (u, v, w) = ((b - a).truncate(), (c - a).truncate(), at - a.truncate());
+        let area = u.perp_dot(v);
+        let (s, t) = (w.perp_dot(v) / area, u.perp_dot(w) / area);
+        (s >= -1e-5 && t >= -1e-5 && s + t <= 1.0 + 1e-5).then(|| a.z + s * (b.z - a.z) + t * (c.z - a.z))
+    })
+}
+
+#[test]
+fn adaptive_tessellation_is_watertight_whatever_its_factors() {
+    let noise = image(61, 37, |x, y| if x > 40 { ((x * 7919 + y * 104_729) % 1000) as f32 / 1000.0 } else { 0.5 });
+    for (distance, pixel_error) in [(1.6, 1.0), (3.0, 4.0), (3.0, 20.0), (20.0, 1.0), (1.05, 8.0)] {
+        let scene = scene(with(sphere(9, 5), 1, -0.05, 0.1), Arc::clone(&noise));
+        let mesh = adaptive(&scene, distance, pixel_error);
+        assert_watertight(&mesh);
+        println!("{distance} m, {pixel_error} pixels: {} triangles", mesh.indices.len() / 3);
+    }
+}
+
+#[test]
+fn adaptive_tessellation_keeps_what_it_promises() {
+    let scene = scene(with(court(6), 1, 0.0, 0.1), waves());
+    let heights = HeightMap::new(scene.textures[0].image.as_ref().unwrap()).unwrap();
+    let view = view(3.0);
+    let camera = view.camera.view();
+    for pixel_error in [1.0, 4.0, 16.0] {
+        let mesh = adaptive(&scene, 3.0, pixel_error);
+        let mut worst = 0.0_f32;
+        for step in 0..2000 {
+            let uv = Vec2::new((step as f32 * 0.618_034).fract(), (step as f32 * 0.754_878).fract());
+            let at = (uv - 0.5) * 2.0;
+            let there = height_over(&mesh, at).unwrap();
+            let depth = -camera.transform_point3(at.extend(0.0)).z;
+            worst = worst.max((there - 0.1 * heights.at(uv)).abs() * 300.0 / 0.4_f32.tan() / depth);
+        }
+        println!("{pixel_error} pixels: {} triangles, {worst} pixels apart", mesh.indices.len() / 3);
+        assert!(worst <= 0.5 * pixel_error, "{worst} of {pixel_error}");
+    }
+}
+
+#[test]
+fn triangles_go_where_the_heights_are() {
+    let scene = scene(with(court(6), 1, 0.0, 0.1), waves());
+    let mesh = adaptive(&scene, 3.0, 1.0);
+    let middle = Vec2::new(90.0 / 256.0 - 0.5, 0.5 - 160.0 / 256.0) * 2.0;
+    let (mut near, mut far) = (0, 0);
+    for [a, b, c] in corners(&mesh) {
+        let center = ((a + b + c) / 3.0).truncate();
+        if center.distance(middle) < 0.3 { near += 1 } else { far += 1 }
+    }
+    assert!(near > 20 * far / 3 && far < 500, "{near} in the disc, {far} outside");
+    // From far away there is nothing to see, nor behind the camera.
+    assert!(adaptive(&scene, 90.0, 8.0).indices.len() < 3 * 200);
+    let mut away = view(3.0);
+    away.camera.target = away.camera.position * 2.0;
+    let mode = DisplacementMode::ADAPTIVE;
+    assert_eq!(displaced(&scene, &away, mode).unwrap().0.meshes[0].indices.len(), 3 * 72);
+}
+
+#[test]
+fn adaptive_tessellation_of_what_should_not_be_ends() {
+    let noise = image(8, 8, |x, y| ((x + 3 * y) % 5) as f32 / 4.0);
+    for value in [f32::NAN, f32::MAX, -1.0, 1e-38] {
+        let scene = scene(with(sphere(4, 3), 3, value, 0.5), Arc::clone(&noise));
+        for pixel_error in [20.0, f32::NAN, f32::INFINITY] {
+            let mode = DisplacementMode::Adaptive { pixel_error };
+            let mut far = view(3.0);
+            far.camera.position *= if pixel_error.is_nan() { 1e9 } else { 1.0 };
+            if let Ok((scene, _)) = displaced(&scene, &far, mode) {
+                assert!(scene.meshes[0].positions.iter().all(|p| p.is_finite()));
+            }
+        }
+    }
+    let mut mesh = with(court(2), 1, 0.0, 1.0);
+    mesh.uvs[3].as_mut().unwrap().fill(Vec2::splat(0.7));
+    assert_eq!(adaptive(&scene(mesh, noise), 3.0, 0.1).indices.len(), 3 * 8, "one height everywhere");
 }
