@@ -2,6 +2,7 @@
 
 mod parameter;
 mod settings;
+mod usual;
 
 use crate::{Camera, NodeId};
 
