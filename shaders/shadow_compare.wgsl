@@ -109,7 +109,15 @@ fn shadow_disc(map: texture_depth_2d_array, s: u32, v: u32, r: Receiver, uvz: ve
 
 fn shadow_pcf(map: texture_depth_2d_array, s: u32, v: u32, r: Receiver, kernel: u32) -> f32 {
     let radius = shadow_sources[s].views[v].radius;
-    let at = projected(s, v, biased(s, v, r, 1.41421 * (radius + 0.5)));
+    // From the receiver to the middle of the farthest texel.
+    var reach = 1.41421 * (radius + 0.5);
+    if (kernel == KERNEL_TENT) {
+        reach = 1.41421 * (radius + 1.0);
+    }
+    if (kernel == KERNEL_POISSON) {
+        reach = radius + 0.5 + 0.70711;
+    }
+    let at = projected(s, v, biased(s, v, r, reach));
     if (!projected(s, v, r.position).inside || !at.inside) {
         return 1.0;
     }

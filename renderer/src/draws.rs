@@ -12,8 +12,8 @@ use crate::materials::{GpuMaterial, MaterialSlot, MaterialTable, opacity};
 use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
 use crate::pipelines::{Constants, PassFormat, PipelineKey, Pipelines, Slot, surface_slots};
-use crate::shadows::ShadowSet;
 use crate::shader::{AlphaMode, ColorSource, NormalSource, Program, Surface, Variant};
+use crate::shadows::ShadowSet;
 use crate::textures::{TextureKey, TextureTable};
 use crate::upload::Uploader;
 use crate::{RenderError, Show};
@@ -35,7 +35,11 @@ impl Instance {
         let rows = [0, 1, 2].map(|row| {
             [world.matrix3.x_axis[row], world.matrix3.y_axis[row], world.matrix3.z_axis[row], world.translation[row]]
         });
-        Self { rows, normals: normal_matrix(world).to_cols_array_2d().map(|column| column.map(|c| c as f32)), receives: 1.0 }
+        Self {
+            rows,
+            normals: normal_matrix(world).to_cols_array_2d().map(|column| column.map(|c| c as f32)),
+            receives: 1.0,
+        }
     }
 }
 

@@ -196,12 +196,7 @@ impl Pipelines {
         self.modules.len()
     }
 
-    fn build(
-        &mut self,
-        gpu: &Gpu,
-        key: PipelineKey,
-        shadows: Option<&wgpu::BindGroupLayout>,
-    ) -> wgpu::RenderPipeline {
+    fn build(&mut self, gpu: &Gpu, key: PipelineKey, shadows: Option<&wgpu::BindGroupLayout>) -> wgpu::RenderPipeline {
         let material_maps = match key.program {
             Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
             _ => None,
@@ -211,7 +206,8 @@ impl Pipelines {
             Program::Present { .. } => vec![self.texel_layout(gpu).clone()],
             _ => {
                 let material = material_maps.map(|maps| self.material_layout(gpu, maps).clone());
-                let shadows = shadows.filter(|_| matches!(key.program, Program::Surface(variant) if !variant.shadows.is_empty()));
+                let shadows =
+                    shadows.filter(|_| matches!(key.program, Program::Surface(variant) if !variant.shadows.is_empty()));
                 [self.frame_layout.clone()].into_iter().chain(material).chain(shadows.cloned()).collect()
             }
         };
@@ -388,7 +384,10 @@ impl VertexBuffers {
                 .collect(),
             Program::Edges { .. } => vec![single(Float32x3, 0), instances(false, false)],
             Program::Normals { .. } => {
-                vec![(24, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x3, 12, 1)]), instances(true, false)]
+                vec![
+                    (24, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x3, 12, 1)]),
+                    instances(true, false),
+                ]
             }
             Program::Shape { .. } => {
                 vec![(28, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x4, 12, 2)])]

@@ -3,6 +3,7 @@
 mod casters;
 mod fit;
 mod glue;
+mod limits;
 mod pipelines;
 mod record;
 mod set;
@@ -19,10 +20,11 @@ use crate::upload::{DynamicBuffer, Uploader};
 use crate::{Gpu, RenderError};
 
 pub(crate) use self::glue::{bindings, sources as functions};
+pub use self::limits::{ShadowLimit, shadow_limits};
 pub(crate) use self::pipelines::{Caster, is_filterable};
+pub(crate) use self::record::CasterSources;
 pub use self::set::MAX_SHADOW_SOURCES;
 pub(crate) use self::set::{ShadowSet, SourceKind};
-pub(crate) use self::record::CasterSources;
 use casters::{CasterDraw, caster_draws, instance_boxes, may_reach};
 use fit::{Placement, Surroundings, place};
 use pipelines::{CasterKey, ShadowPipelines};
@@ -470,12 +472,15 @@ fn volumes_may_meet(camera: &DMat4, source: &DMat4) -> bool {
     let apart = |clip: &DMat4, corners: [glam::DVec3; 8]| {
         let corners = corners.map(|corner| *clip * corner.extend(1.0));
         let outside = |beyond: fn(&glam::DVec4) -> bool| corners.iter().all(beyond);
-        outside(|c| c.x < -c.w) || outside(|c| c.x > c.w) || outside(|c| c.y < -c.w) || outside(|c| c.y > c.w)
-            || outside(|c| c.z < 0.0) || outside(|c| c.z > c.w)
+        outside(|c| c.x < -c.w)
+            || outside(|c| c.x > c.w)
+            || outside(|c| c.y < -c.w)
+            || outside(|c| c.y > c.w)
+            || outside(|c| c.z < 0.0)
+            || outside(|c| c.z > c.w)
     };
     match (corners(camera), corners(source)) {
         (Some(of_camera), Some(of_source)) => !(apart(camera, of_source) || apart(source, of_camera)),
         _ => true,
     }
 }
-

@@ -67,13 +67,7 @@ impl Program {
 
     fn features(&self) -> Features {
         let overlay = |node: bool, normals: bool, nudge: bool, linear: bool| {
-            vec![
-                ("NODE", node),
-                ("NODE_NORMALS", normals),
-                ("RECEIVERS", false),
-                ("NUDGE", nudge),
-                ("LINEAR", linear),
-            ]
+            vec![("NODE", node), ("NODE_NORMALS", normals), ("RECEIVERS", false), ("NUDGE", nudge), ("LINEAR", linear)]
         };
         match *self {
             Self::Surface(variant) => variant.features(),

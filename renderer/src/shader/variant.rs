@@ -73,7 +73,13 @@ pub(crate) struct Variant {
 impl Variant {
     /// A variant that shows stored values: opaque, without vertex colours.
     pub(crate) fn show(surface: Surface) -> Self {
-        Self { surface, diffuse_map: false, color: ColorSource::None, alpha: AlphaMode::OPAQUE, shadows: ShadowSet::NONE }
+        Self {
+            surface,
+            diffuse_map: false,
+            color: ColorSource::None,
+            alpha: AlphaMode::OPAQUE,
+            shadows: ShadowSet::NONE,
+        }
     }
 
     /// Every legal variant, in a fixed order; of shadows those sets that cover all text.

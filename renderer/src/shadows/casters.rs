@@ -23,7 +23,7 @@ pub(crate) enum BatchId {
 }
 
 impl BatchId {
-    pub(crate) fn of<'a>(self, list: &'a DrawList) -> &'a Batch {
+    pub(crate) fn of(self, list: &DrawList) -> &Batch {
         match self {
             Self::Opaque(index) => &list.opaque[index],
             Self::Blended(index) => &list.blended[index],

@@ -59,9 +59,12 @@ pub(crate) fn place(source: &ShadowSource, around: &Surroundings<'_>) -> Result<
     let settings = &source.settings;
     let size = f64::from(settings.resolution);
     let light = match source.light {
-        Some(index) => Some(around.lights.get(index).ok_or_else(|| {
-            format!("it belongs to light {index}, and the scene has {}", around.lights.len())
-        })?),
+        Some(index) => Some(
+            around
+                .lights
+                .get(index)
+                .ok_or_else(|| format!("it belongs to light {index}, and the scene has {}", around.lights.len()))?,
+        ),
         None => None,
     };
     let mut placement = match (settings.technique.layout, &source.volume, light) {
@@ -133,7 +136,8 @@ fn looking(position: DVec3, direction: DVec3, up: DVec3) -> DMat4 {
 
 fn of_camera(camera: &Camera, size: f64) -> Result<Placement, String> {
     let (position, target) = (camera.position.as_dvec3(), camera.target.as_dvec3());
-    let direction = (target - position).try_normalize().ok_or("its volume looks nowhere: position and target are one")?;
+    let direction =
+        (target - position).try_normalize().ok_or("its volume looks nowhere: position and target are one")?;
     let (near, far) = (f64::from(camera.near), f64::from(camera.far));
     if !(near < far && far.is_finite()) {
         return Err(format!("its volume reaches from {near} to {far}: near must be less than far, and both finite"));
@@ -175,10 +179,9 @@ fn all_corners<'a>(around: &Surroundings<'a>) -> impl Iterator<Item = DVec3> + u
 
 /// Least and greatest of what is seen along the axes of a view.
 fn extent(view: &DMat4, points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
-    points.map(|point| view.transform_point3(point)).fold(
-        (DVec3::INFINITY, DVec3::NEG_INFINITY),
-        |(low, high), point| (low.min(point), high.max(point)),
-    )
+    points
+        .map(|point| view.transform_point3(point))
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
 }
 
 fn around_scene(light: &Light, around: &Surroundings<'_>, size: f64) -> Result<Placement, String> {
@@ -228,9 +231,8 @@ fn around_scene(light: &Light, around: &Surroundings<'_>, size: f64) -> Result<P
 
 /// Near and far of what there is in front of a place.
 fn depth_range(depths: impl Iterator<Item = (f64, f64)>) -> Result<(f64, f64), String> {
-    let (near, far) = depths.fold((f64::INFINITY, 0.0), |(near, far): (f64, f64), (low, high)| {
-        (near.min(low), far.max(high))
-    });
+    let (near, far) =
+        depths.fold((f64::INFINITY, 0.0), |(near, far): (f64, f64), (low, high)| (near.min(low), far.max(high)));
     if !(far > 0.0 && far.is_finite()) {
         return Err("nothing that casts or receives is in front of its light".into());
     }

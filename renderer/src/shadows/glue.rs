@@ -48,7 +48,9 @@ pub(crate) fn sources(set: &ShadowSet) -> String {
     for (index, source) in set.iter().enumerate() {
         let _ = match source.light {
             None => writeln!(text, "    left *= shadow_factor_{index};"),
-            Some(light) => writeln!(text, "    if (light == {light}u) {{\n        left *= shadow_factor_{index};\n    }}"),
+            Some(light) => {
+                writeln!(text, "    if (light == {light}u) {{\n        left *= shadow_factor_{index};\n    }}")
+            }
         };
     }
     text.push_str("    return left;\n}\n\n// The factor of one source.\nfn shadow_of(source: u32) -> f32 {\n");
@@ -73,7 +75,10 @@ fn source_functions(text: &mut String, index: usize, source: &SourceKind) {
          fn shadow_{index}(r: Receiver) -> f32 {{"
     );
     let body = match source.layout {
-        ShadowLayout::One => format!("    return darkened({index}u, shadow_in_view_{index}(0u, r));"),
+        // Mesa's lavapipe (22.3) crashes while it compiles some filters with a constant for the view.
+        ShadowLayout::One => format!(
+            "    return darkened({index}u, shadow_in_view_{index}(u32(shadow_sources[{index}].view_count) - 1u, r));"
+        ),
         ShadowLayout::Cube => {
             format!("    return darkened({index}u, shadow_in_view_{index}(cube_face({index}u, r.position), r));")
         }

@@ -168,7 +168,8 @@ impl ShadowPipelines {
     pub(crate) fn receiver_layout(&mut self, gpu: &Gpu, set: &ShadowSet) -> &wgpu::BindGroupLayout {
         self.receiver_layouts.entry(*set).or_insert_with(|| {
             let filterable = is_filterable(gpu);
-            let filtering = if filterable { wgpu::SamplerBindingType::Filtering } else { wgpu::SamplerBindingType::NonFiltering };
+            let filtering =
+                if filterable { wgpu::SamplerBindingType::Filtering } else { wgpu::SamplerBindingType::NonFiltering };
             let mut entries = vec![
                 layout_entry(0, wgpu::ShaderStages::FRAGMENT, UNIFORM),
                 layout_entry(1, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(filtering)),

@@ -61,7 +61,8 @@ impl ShadowTable {
             for (step, (name, source, target, vertical)) in steps.into_iter().enumerate() {
                 let Some(pipeline) = self.pipelines.blur(map.key.format, vertical) else { continue };
                 let Some(group) = self.blur_group(from.gpu, source) else { continue };
-                let mut pass = begin(encoder, name, Some((target, wgpu::Color::BLACK)), None, from, stamps.as_deref_mut());
+                let mut pass =
+                    begin(encoder, name, Some((target, wgpu::Color::BLACK)), None, from, stamps.as_deref_mut());
                 pass.set_pipeline(pipeline);
                 let offset = (blur.offset as usize + step) * uniform_stride(from.gpu);
                 pass.set_bind_group(0, &group, &[offset as u32]);

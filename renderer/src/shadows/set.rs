@@ -53,7 +53,8 @@ impl ShadowSet {
             kernel,
             light,
         };
-        let drawn = || aam_scene::ShadowTechnique::all().into_iter().filter(|technique| super::is_mapped(technique.filter));
+        let drawn =
+            || aam_scene::ShadowTechnique::all().into_iter().filter(|technique| super::is_mapped(technique.filter));
         let mut sets: Vec<Self> =
             drawn().map(|technique| Self::new([kind(technique, PcfKernel::Tent, Some(0))], false, true)).collect();
         let one = |filter| aam_scene::ShadowTechnique::one(filter);

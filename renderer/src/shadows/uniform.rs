@@ -192,7 +192,6 @@ pub(crate) fn empty_moments(settings: &ShadowSettings) -> [f64; 4] {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
