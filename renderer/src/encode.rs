@@ -61,7 +61,11 @@ impl<'a> Recorder<'a> {
         for batch in &self.from.list.opaque {
             let indices = batch.displaced.map_or(IndexSource::Mesh(batch.mesh), IndexSource::Displaced);
             if self.prepare(pass, batch, indices) {
-                self.draw_indexed(pass, batch.indices.clone(), batch.instances.clone(), 3);
+                let range = match batch.displaced {
+                    Some(key) => 0..self.from.displacements.get(key).map_or(0, |surface| surface.index_count),
+                    None => batch.indices.clone(),
+                };
+                self.draw_indexed(pass, range, batch.instances.clone(), 3);
             }
         }
     }

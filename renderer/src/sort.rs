@@ -163,7 +163,7 @@ fn items(
             mesh_serial,
             surface_serial,
             frame: frame.min(mesh.frames.len()),
-            indices: batch.indices.clone(),
+            indices: surface.map_or(batch.indices.clone(), |surface| 0..surface.indices.len() as u32),
         }));
     }
     items.sort_by_key(|item| (list.nodes[item.instance as usize], list.blended[item.batch].subset));

@@ -3,6 +3,7 @@
 use super::assemble::{Features, ShaderError, assemble};
 use super::variant::Variant;
 use crate::lights::MAX_LIGHTS;
+use crate::shadows;
 
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
@@ -24,6 +25,12 @@ const FILES: &[(&str, &str)] = files![
     "overlay",
     "phong",
     "present",
+    "shadow",
+    "shadow_blur",
+    "shadow_caster",
+    "shadow_compare",
+    "shadow_moments",
+    "shadow_warp",
     "surface",
     "tessellation",
 ];
@@ -43,6 +50,10 @@ pub(crate) enum Program {
     Displace { normals: bool },
     /// Another attribute of a mesh at the points of a tessellated surface.
     Interpolate,
+    /// A caster in a shadow map.
+    Caster(shadows::Caster),
+    /// A pass of the blur of a shadow map.
+    Blur,
     /// A background picture.
     Background { encode: bool },
     /// The last pass, into a target that could not be drawn to directly.
@@ -56,6 +67,8 @@ impl Program {
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
             Self::Displace { .. } => "displace",
             Self::Interpolate => "interpolate",
+            Self::Caster(_) => "shadow_caster",
+            Self::Blur => "shadow_blur",
             Self::Background { .. } => "background",
             Self::Present { .. } => "present",
         }
@@ -63,7 +76,7 @@ impl Program {
 
     fn features(&self) -> Features {
         let overlay = |node: bool, normals: bool, nudge: bool, linear: bool| {
-            vec![("NODE", node), ("NODE_NORMALS", normals), ("NUDGE", nudge), ("LINEAR", linear)]
+            vec![("NODE", node), ("NODE_NORMALS", normals), ("RECEIVERS", false), ("NUDGE", nudge), ("LINEAR", linear)]
         };
         match *self {
             Self::Surface(variant) => variant.features(),
@@ -72,6 +85,8 @@ impl Program {
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
             Self::Displace { normals } => vec![("NORMALS", normals)],
             Self::Interpolate => Vec::new(),
+            Self::Caster(caster) => caster.features(),
+            Self::Blur => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
@@ -97,6 +112,8 @@ fn all_programs() -> Vec<Program> {
     }
     programs.extend([false, true].map(|normals| Program::Displace { normals }));
     programs.push(Program::Interpolate);
+    programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
+    programs.push(Program::Blur);
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
@@ -110,7 +127,16 @@ fn all_programs() -> Vec<Program> {
 
 /// The WGSL text of a program.
 pub(crate) fn source(program: &Program) -> Result<String, ShaderError> {
-    let find = |name: &str| FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text);
+    let set = match program {
+        Program::Surface(variant) => variant.shadows,
+        _ => shadows::ShadowSet::NONE,
+    };
+    let (bindings, functions) = (shadows::bindings(&set), shadows::functions(&set));
+    let find = |name: &str| match name {
+        "shadow_bindings" => Some(bindings.as_str()),
+        "shadow_functions" => Some(functions.as_str()),
+        _ => FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text),
+    };
     let body = assemble(program.root(), &find, &program.features())?;
     Ok(format!("const MAX_LIGHTS: u32 = {MAX_LIGHTS}u;\n{body}"))
 }
@@ -154,9 +180,10 @@ mod tests {
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
         // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
-        // colours) × 4 (alpha). Then 6 that show stored values.
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + 3 + 2 + 6);
+        // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
+        let shadowed = 2 * shadows::ShadowSet::samples().len();
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 1 + 3 + 2 + 6);
     }
 
     #[test]
@@ -178,6 +205,7 @@ mod tests {
             diffuse_map: false,
             color: super::super::ColorSource::None,
             alpha: super::super::AlphaMode::OPAQUE,
+            shadows: shadows::ShadowSet::NONE,
         });
         for absent in ["in.normal", "textureSample(base_map", "fn phong", "discard", "@location(1)"] {
             assert!(!flat.contains(absent), "{absent} in\n{flat}");
