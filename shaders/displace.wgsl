@@ -1,20 +1,8 @@
 // Points of a tessellated surface, displaced: docs/techniques/shading.md, section 11. The formulas are those of
 // `scene/src/displacement/surface.rs`.
 
+#import heights
 #import tessellation
-
-struct Displacement {
-    // Rows of the texture matrix, applied to (u, v, 1), v = 0 at the bottom.
-    row_u: vec3f,
-    bias: f32,
-    row_v: vec3f,
-    scale: f32,
-    // Of the map in texels.
-    size: vec2u,
-    // What a texel is: 0 a byte, 1 two bytes, 2 the bits of a float.
-    texel: u32,
-    point_count: u32,
-}
 
 @group(0) @binding(0) var<uniform> displacement: Displacement;
 @group(0) @binding(1) var<storage, read> points: array<Point>;
@@ -22,7 +10,7 @@ struct Displacement {
 @group(0) @binding(3) var<storage, read> base_positions: array<f32>;
 @group(0) @binding(4) var<storage, read> base_normals: array<f32>;
 @group(0) @binding(5) var<storage, read> base_uvs: array<f32>;
-@group(0) @binding(6) var heights: texture_2d<u32>;
+@group(0) @binding(6) var map: texture_2d<u32>;
 @group(0) @binding(7) var<storage, read_write> positions: array<f32>;
 #if NORMALS
 @group(0) @binding(8) var<storage, read_write> normals: array<f32>;
@@ -40,41 +28,6 @@ fn uv_of(vertex: u32) -> vec2f {
     return vec2f(base_uvs[2u * vertex], base_uvs[2u * vertex + 1u]);
 }
 
-fn texel(x: u32, y: u32) -> f32 {
-    let value = textureLoad(heights, vec2u(x, y), 0).x;
-    switch displacement.texel {
-        case 0u: { return f32(value) / 255.0; }
-        case 1u: { return f32(value) / 65535.0; }
-        default: { return bitcast<f32>(value); }
-    }
-}
-
-// The two texels around a coordinate.
-struct Between {
-    first: u32,
-    second: u32,
-    // How far it is towards the second.
-    fraction: f32,
-}
-
-fn between(coordinate: f32, size: u32) -> Between {
-    let part = coordinate - floor(coordinate);
-    let inside = select(0.0, part, part >= 0.0 && part < 1.0);
-    let position = inside * f32(size) - 0.5;
-    let whole = floor(position);
-    let first = select(min(u32(max(whole, 0.0)), size - 1u), size - 1u, whole < 0.0);
-    return Between(first, select(first + 1u, 0u, first + 1u == size), position - whole);
-}
-
-fn height(uv: vec2f) -> f32 {
-    let x = between(uv.x, displacement.size.x);
-    let y = between(1.0 - uv.y, displacement.size.y);
-    let left = vec2f(texel(x.first, y.first), texel(x.first, y.second));
-    let right = vec2f(texel(x.second, y.first), texel(x.second, y.second));
-    let rows = left + (right - left) * x.fraction;
-    return rows.x + (rows.y - rows.x) * y.fraction;
-}
-
 fn height_uv(place: Place) -> vec2f {
     let w = weights(place);
     let uv = uv_of(place.corner_0) * w.x + uv_of(place.corner_1) * w.y + uv_of(place.corner_2) * w.z;
@@ -82,15 +35,20 @@ fn height_uv(place: Place) -> vec2f {
 }
 
 fn distance_at(place: Place) -> f32 {
-    return displacement.bias + displacement.scale * height(height_uv(place));
+    return displacement.bias + displacement.scale * height(map, displacement.texel, height_uv(place));
 }
 
 #if NORMALS
 fn slope(uv: vec2f) -> vec2f {
-    let size = vec2f(displacement.size);
+    let size = vec2f(textureDimensions(map));
     let du = vec2f(1.0 / size.x, 0.0);
     let dv = vec2f(0.0, 1.0 / size.y);
-    return vec2f(height(uv + du) - height(uv - du), height(uv + dv) - height(uv - dv)) * (0.5 * size);
+    let kind = displacement.texel;
+    let change = vec2f(
+        height(map, kind, uv + du) - height(map, kind, uv - du),
+        height(map, kind, uv + dv) - height(map, kind, uv - dv),
+    );
+    return change * (0.5 * size);
 }
 
 fn unit_scale(v: vec3f) -> vec3f {

@@ -368,6 +368,8 @@ pub(crate) enum Displacement {
     Uniform,
     /// Edges halved until --pixel-error holds
     Adaptive,
+    /// The base mesh, with the map looked up along the ray of sight (GPU engine)
+    Parallax,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

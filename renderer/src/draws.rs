@@ -8,7 +8,7 @@ use aam_scene::{DisplacementMode, Image, Layer, Material, Mesh, NormalSpace, Sce
 use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, DMat3, Mat3, Vec3};
 
-use crate::displacement::{DisplacementTable, Needs, SurfaceKey};
+use crate::displacement::{DisplacementTable, Needs, Relief, SurfaceKey};
 use crate::materials::{GpuMaterial, MaterialSlot, MaterialTable, opacity};
 use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
@@ -113,6 +113,7 @@ fn streams(variant: &Variant, [base, second]: [u8; 2]) -> impl Iterator<Item = S
         Slot::Color => Stream::Color,
         Slot::BaseUv => Stream::Uv(base),
         Slot::SecondUv => Stream::Uv(second),
+        Slot::ReliefUv => Stream::Uv(Layer::Displacement as u8),
     })
 }
 
@@ -204,7 +205,7 @@ pub(crate) fn prepare(
     warnings: &mut Vec<String>,
 ) -> Result<DrawList, RenderError> {
     let mut list = place(scene, mode)?;
-    let mut looks: HashMap<(u32, MeshTraits), Option<Look>> = HashMap::new();
+    let mut looks: HashMap<(u32, MeshTraits, [u32; 2]), Option<Look>> = HashMap::new();
     tables.displacements.begin();
     for drawn in list.meshes.clone() {
         let mesh = &scene.meshes[drawn.mesh];
@@ -225,7 +226,10 @@ pub(crate) fn prepare(
             if indices.is_empty() {
                 continue;
             }
-            let key = (subset.material.0, traits);
+            // A relief is the mesh's too.
+            let relief = mesh.displacement.filter(|_| mode.displacement == DisplacementMode::Parallax);
+            let relief = relief.map_or([0; 2], |relief| [relief.bias.to_bits(), relief.scale.to_bits()]);
+            let key = (subset.material.0, traits, relief);
             let look = match looks.get(&key) {
                 Some(look) => *look,
                 None => {
@@ -237,7 +241,13 @@ pub(crate) fn prepare(
                             scene.materials.len()
                         ),
                     })?;
-                    let look = resolve(scene, material, traits, mode, tables, uploader, warnings)?;
+                    let relief = match mode.displacement {
+                        DisplacementMode::Parallax => {
+                            tables.displacements.relief(uploader, scene, mesh, subset, warnings)?
+                        }
+                        _ => None,
+                    };
+                    let look = resolve(scene, material, traits, relief.as_ref(), mode, tables, uploader, warnings)?;
                     looks.insert(key, look);
                     look
                 }
@@ -358,11 +368,13 @@ fn layer<'a>(
     texture.image.as_ref().ok().map(|image| (used, image, texture.name.as_str()))
 }
 
+#[expect(clippy::too_many_arguments, reason = "a look follows from mesh, material and options")]
 /// The variant and material of a subset; `None` if it is not to be seen.
 fn resolve(
     scene: &Scene,
     material: &Material,
     traits: MeshTraits,
+    relief: Option<&Relief>,
     mode: &Mode,
     tables: &mut Tables<'_>,
     uploader: &mut Uploader<'_>,
@@ -415,7 +427,8 @@ fn resolve(
                 Surface::Lit { .. } | Surface::ShowShadow => mode.shadows,
                 _ => ShadowSet::NONE,
             };
-            let variant = Variant { surface, diffuse_map: diffuse_map.is_some(), color, alpha, shadows };
+            let plain = Variant { surface, diffuse_map: diffuse_map.is_some(), color, alpha, shadows, relief: false };
+            let variant = Variant { relief: mode.show == Show::Lit && relief.is_some() && plain.shows_relief(), ..plain };
             let base = diffuse_map.map(|found| (found, color_meaning, Layer::Diffuse));
             let second = match surface {
                 Surface::LightMapped => light_map.map(|found| (found, color_meaning, Layer::LightMap)),
@@ -432,7 +445,7 @@ fn resolve(
         Show::Uvs(which) if traits.uvs[which as usize] => {
             let parameters =
                 GpuMaterial::new(material, false, Vec3::ZERO, material.layers[which as usize].as_ref(), None);
-            let slot = ensure_material(tables, uploader, &parameters, None, None, mode)?;
+            let slot = ensure_material(tables, uploader, &parameters, [None; 2], None, mode)?;
             let variant = Variant::show(Surface::ShowUv);
             return Ok(Some(Look { variant, uv_layers: [which as u8, 0], slot }));
         }
@@ -450,7 +463,7 @@ fn resolve(
     let ambient_light = if variant.surface == Surface::LightMapped { Vec3::ZERO } else { mode.ambient_light };
     let (base_layer, second_layer) = (used(&base), used(&second));
     let parameters = GpuMaterial::new(material, mode.linear, ambient_light, base_layer.as_ref(), second_layer.as_ref());
-    let slot = ensure_material(tables, uploader, &parameters, textures[0], textures[1], mode)?;
+    let slot = ensure_material(tables, uploader, &parameters, textures, relief.filter(|_| variant.relief), mode)?;
     let uv_layers = [&base, &second].map(|source| source.as_ref().map_or(0, |(_, _, which)| *which as u8));
     Ok(Some(Look { variant, uv_layers, slot }))
 }
@@ -459,12 +472,12 @@ fn ensure_material(
     tables: &mut Tables<'_>,
     uploader: &mut Uploader<'_>,
     parameters: &GpuMaterial,
-    base: Option<TextureKey>,
-    second: Option<TextureKey>,
+    [base, second]: [Option<TextureKey>; 2],
+    relief: Option<&Relief>,
     mode: &Mode,
 ) -> Result<MaterialSlot, RenderError> {
     let Tables { materials, pipelines, textures, .. } = tables;
-    materials.ensure(uploader, pipelines, textures, parameters, base, second, mode.anisotropy, mode.picture)
+    materials.ensure(uploader, pipelines, textures, parameters, base, second, relief, mode.anisotropy, mode.picture)
 }
 
 /// The mesh of a batch.

@@ -187,6 +187,7 @@ fn tell_progress(progress: &Bar, number: u32, args: &RenderArgs, engine: &Drawer
 fn displacement_mode(args: &RenderArgs) -> DisplacementMode {
     match args.displacement {
         Displacement::Off => DisplacementMode::Off,
+        Displacement::Parallax => DisplacementMode::Parallax,
         Displacement::Uniform => DisplacementMode::Uniform,
         Displacement::Adaptive => DisplacementMode::Adaptive { pixel_error: args.pixel_error.unwrap_or(1.0) },
     }

@@ -18,15 +18,19 @@ const CHUNK: usize = 1 << 22;
 pub(super) struct GpuHeights {
     image: Weak<Image>,
     pub(super) view: wgpu::TextureView,
-    pub(super) size: [u32; 2],
-    /// How a texel is read: `Displacement::texel` in `shaders/displace.wgsl`.
+    /// How a texel is read: `texel` in `shaders/heights.wgsl`.
     pub(super) texel: u32,
+    /// No other map has it.
+    pub(super) serial: u64,
     bytes: u64,
 }
 
 /// The maps on the GPU, by the address of their image.
 #[derive(Debug, Default)]
-pub(super) struct HeightTable(HashMap<usize, GpuHeights>);
+pub(super) struct HeightTable {
+    maps: HashMap<usize, GpuHeights>,
+    last_serial: u64,
+}
 
 impl HeightTable {
     /// Makes sure that a map is on the GPU. Warnings name the mesh.
@@ -39,19 +43,20 @@ impl HeightTable {
         warnings: &mut Vec<String>,
     ) -> Result<&GpuHeights, RenderError> {
         let address = Arc::as_ptr(image) as usize;
-        if !self.0.contains_key(&address) {
-            let entry = upload(uploader, image, heights, mesh, warnings)?;
-            self.0.insert(address, entry);
+        if !self.maps.contains_key(&address) {
+            self.last_serial += 1;
+            let entry = upload(uploader, image, heights, mesh, self.last_serial, warnings)?;
+            self.maps.insert(address, entry);
         }
-        Ok(&self.0[&address])
+        Ok(&self.maps[&address])
     }
 
     pub(super) fn sweep(&mut self) {
-        self.0.retain(|_, entry| entry.image.strong_count() > 0);
+        self.maps.retain(|_, entry| entry.image.strong_count() > 0);
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        self.0.values().map(|entry| entry.bytes).sum()
+        self.maps.values().map(|entry| entry.bytes).sum()
     }
 }
 
@@ -60,6 +65,7 @@ fn upload(
     image: &Arc<Image>,
     heights: &HeightMap,
     mesh: &str,
+    serial: u64,
     warnings: &mut Vec<String>,
 ) -> Result<GpuHeights, RenderError> {
     let (width, height) = heights.size();
@@ -110,8 +116,8 @@ fn upload(
     Ok(GpuHeights {
         image: Arc::downgrade(image),
         view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
-        size: [columns as u32, rows as u32],
         texel,
+        serial,
         bytes: uploader.bytes - before,
     })
 }

@@ -15,17 +15,17 @@ const WORKGROUP: u32 = 128;
 /// Workgroups along the first dimension of a dispatch, at most.
 const ROW: u32 = 1 << 15;
 
-/// `Displacement` in `shaders/displace.wgsl`.
+/// `Displacement` in `shaders/heights.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct DisplaceParameters {
+pub(crate) struct DisplaceParameters {
     pub(super) row_u: [f32; 3],
     pub(super) bias: f32,
     pub(super) row_v: [f32; 3],
     pub(super) scale: f32,
-    pub(super) size: [u32; 2],
     pub(super) texel: u32,
     pub(super) point_count: u32,
+    pub(super) padding: [u32; 2],
 }
 
 /// `Interpolation` in `shaders/interpolate.wgsl`.

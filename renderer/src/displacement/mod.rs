@@ -13,7 +13,7 @@ use std::sync::{Arc, Weak};
 use aam_scene::displacement::{
     Base, Detail, Displaced, HeightMap, MAX_TRIANGLES, Plan, Surface, Viewer, classes, coarser_warning, of_subset, warnings,
 };
-use aam_scene::{DisplacementMode, Image, Mesh, Scene, View};
+use aam_scene::{DisplacementMode, Image, Mesh, Scene, Subset, View};
 use glam::{Affine3A, Vec3};
 
 use crate::RenderError;
@@ -21,7 +21,9 @@ use crate::meshes::{GpuMesh, Stream, ensure_stream};
 use crate::shader::Program;
 use crate::upload::Uploader;
 use heights::HeightTable;
-use jobs::{ComputePipelines, DisplaceParameters, InterpolateParameters, Job};
+use jobs::{ComputePipelines, InterpolateParameters, Job};
+
+pub(crate) use jobs::DisplaceParameters;
 
 /// Frames that an unused surface is kept for.
 const KEEP: u64 = 60;
@@ -138,6 +140,15 @@ pub(crate) struct Needs {
     pub picture: u64,
 }
 
+/// A displacement map as a fragment shader reads it.
+#[derive(Clone, Debug)]
+pub(crate) struct Relief {
+    pub parameters: DisplaceParameters,
+    /// Which map; no other has the number.
+    pub map: u64,
+    pub view: wgpu::TextureView,
+}
+
 /// The displaced surfaces on the GPU.
 #[derive(Debug, Default)]
 pub(crate) struct DisplacementTable {
@@ -167,6 +178,30 @@ impl DisplacementTable {
         self.surfaces.get(&key)
     }
 
+    /// Makes sure that the map of a subset that is drawn by parallax is on the GPU; `None` where nothing displaces it.
+    pub(crate) fn relief(
+        &mut self,
+        uploader: &mut Uploader<'_>,
+        scene: &Scene,
+        mesh: &Mesh,
+        subset: &Subset,
+        said: &mut Vec<String>,
+    ) -> Result<Option<Relief>, RenderError> {
+        let Some(displaced) = of_subset(scene, mesh, subset) else { return Ok(None) };
+        let Some(heights) = HeightMap::new(displaced.image) else { return Ok(None) };
+        let map = self.heights.ensure(uploader, displaced.image, &heights, &mesh.name, said)?;
+        let parameters = DisplaceParameters {
+            row_u: displaced.transform.row(0).to_array(),
+            bias: displaced.parameters.bias,
+            row_v: displaced.transform.row(1).to_array(),
+            scale: displaced.parameters.scale,
+            texel: map.texel,
+            point_count: 0,
+            padding: [0; 2],
+        };
+        Ok(Some(Relief { parameters, map: map.serial, view: map.view.clone() }))
+    }
+
     /// Makes sure that the displaced surface of a mesh's subset is on the GPU with the streams that are read, once the jobs
     /// have run; `None` where nothing displaces it.
     #[expect(clippy::too_many_arguments, reason = "a surface follows from mesh, material, options and time")]
@@ -182,7 +217,7 @@ impl DisplacementTable {
         needs: Needs,
         said: &mut Vec<String>,
     ) -> Result<Option<SurfaceKey>, RenderError> {
-        if mode == DisplacementMode::Off {
+        if !matches!(mode, DisplacementMode::Uniform | DisplacementMode::Adaptive { .. }) {
             return Ok(None);
         }
         let Some(displaced) = of_subset(scene, mesh, &mesh.subsets[subset as usize]) else { return Ok(None) };
@@ -209,9 +244,9 @@ impl DisplacementTable {
                 bias: displaced.parameters.bias,
                 row_v: matrix.row(1).to_array(),
                 scale: displaced.parameters.scale,
-                size: map.size,
                 texel: map.texel,
                 point_count: 0,
+                padding: [0; 2],
             },
         };
         let source = Source { mesh, displaced: &displaced, heights: &heights, motion };

@@ -18,6 +18,7 @@ const FILES: &[(&str, &str)] = files![
     "displace",
     "frame",
     "fullscreen",
+    "heights",
     "interpolate",
     "lights",
     "material",
@@ -25,6 +26,7 @@ const FILES: &[(&str, &str)] = files![
     "overlay",
     "phong",
     "present",
+    "relief",
     "shadow",
     "shadow_blur",
     "shadow_caster",
@@ -182,7 +184,9 @@ mod tests {
         // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
         // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed);
+        // Relief with each lit or textured surface.
+        let relief = (3 * 2 * 2 + 1) * 2 + 1;
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
         assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 1 + 3 + 2 + 6);
     }
 
@@ -206,6 +210,7 @@ mod tests {
             color: super::super::ColorSource::None,
             alpha: super::super::AlphaMode::OPAQUE,
             shadows: shadows::ShadowSet::NONE,
+            relief: false,
         });
         for absent in ["in.normal", "textureSample(base_map", "fn phong", "discard", "@location(1)"] {
             assert!(!flat.contains(absent), "{absent} in\n{flat}");

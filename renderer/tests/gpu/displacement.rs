@@ -209,6 +209,7 @@ fn mirrored_and_scaled_nodes_show_the_same_surface() {
         scene.nodes[0].local = Affine3A::from_scale(scale);
         draw(&mut renderer, &scene, &front(), &options());
         draw(&mut renderer, &scene, &front(), &mode(DisplacementMode::ADAPTIVE));
+        draw(&mut renderer, &scene, &front(), &mode(DisplacementMode::Parallax));
     }
 }
 
@@ -300,5 +301,76 @@ fn other_aspects_and_overlays_show_the_displaced_surface() {
         let wire = picture.bytes.chunks_exact(4).filter(|pixel| pixel[0] > 220 && pixel[2] < 90).count();
         assert!(wire > 2000, "{wire} pixels of wire");
         picture.save(&format!("displacement-{displacement:?}-wireframe"));
+    }
+}
+
+/// Mean difference of two pictures.
+fn apart(a: &Picture, b: &Picture) -> f64 {
+    let sum: u64 = a.bytes.iter().zip(&b.bytes).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+    sum as f64 / a.bytes.len() as f64
+}
+
+/// A camera that looks down at the origin at a slant.
+fn slanted() -> Camera {
+    let position = Vec3::new(0.0, -1.6, 1.5);
+    Camera { target: Vec3::new(0.0, 0.1, 0.0), position, up: Vec3::Z, ..perspective(position) }
+}
+
+#[test]
+fn parallax_of_a_plane_is_where_the_displaced_plane_is() {
+    let Some(mut renderer) = renderer() else { return };
+    for (bias, scale, value) in [(-0.3, 0.3, 102), (0.1, 0.2, 128), (0.2, -0.4, 200)] {
+        let mut scene = displaced(quad(), by(1, bias, scale), grey(value), glow(Vec3::ONE));
+        let squares = image8(8, 8, |x, y| [if (x + y) % 2 == 0 { 255 } else { 40 }, (x * 30) as u8, (y * 30) as u8, 255]);
+        let used = layer(&mut scene, squares);
+        scene.materials[0].layers[Layer::Diffuse as usize] = Some(used);
+        let camera = Camera { target: Vec3::ZERO, position: Vec3::new(0.0, -0.5, 0.7), up: Vec3::Z, ..perspective(Vec3::ZERO) };
+        let [base, truth, parallax] = [DisplacementMode::Off, DisplacementMode::Uniform, DisplacementMode::Parallax]
+            .map(|displacement| draw_sized(&mut renderer, &scene, &camera, &mode(displacement), 128, 128));
+        // In the middle of the picture both planes are seen.
+        let worst = (40..88).flat_map(|y| (40..88).map(move |x| (x, y))).filter(|&(x, y)| {
+            truth.at(x, y).iter().zip(parallax.at(x, y)).any(|(a, b)| a.abs_diff(b) > 24)
+        });
+        let share = worst.count() as f64 / (48.0 * 48.0);
+        assert!(share < 0.01, "{share} of the pixels for {bias}, {scale}, {value}");
+        assert!(apart(&base, &truth) > 4.0 * apart(&parallax, &truth).min(1.0), "the base mesh is somewhere else");
+    }
+}
+
+#[test]
+fn parallax_shows_bumps_nearer_to_geometry_than_the_base_mesh_does() {
+    let Some(mut renderer) = renderer() else { return };
+    let map = image8(64, 64, |x, y| {
+        let wave = (0.4 * x as f32).sin() * (0.4 * y as f32).cos();
+        [(127.0 + 120.0 * wave) as u8, 0, 0, 255]
+    });
+    let material = Material { diffuse: Vec3::ONE, ambient: Vec3::ZERO, ..Material::default() };
+    for (bias, local) in [(-0.1, Affine3A::IDENTITY), (-0.05, Affine3A::from_scale(Vec3::new(-1.2, 1.2, 1.2)))] {
+        let mut scene = displaced(quad(), by(64, bias, 0.1), map.clone(), material.clone());
+        scene.lights = vec![directional(Vec3::new(-0.7, 0.2, -0.7), Vec3::ONE)];
+        scene.nodes[0].local = local;
+        let [base, truth, parallax] = [DisplacementMode::Off, DisplacementMode::Uniform, DisplacementMode::Parallax]
+            .map(|displacement| draw_sized(&mut renderer, &scene, &slanted(), &mode(displacement), 256, 256));
+        let (without, with) = (apart(&base, &truth), apart(&parallax, &truth));
+        println!("off {without}, parallax {with}");
+        assert!(with < 0.3 * without, "{with} of {without}");
+        assert_eq!((parallax.stats.triangles, parallax.stats.displaced_points), (2, 0));
+        truth.save("parallax-truth");
+        parallax.save("parallax");
+    }
+}
+
+#[test]
+fn parallax_of_what_should_not_be_is_drawn_without_an_error() {
+    let Some(mut renderer) = renderer() else { return };
+    for value in [f32::NAN, f32::INFINITY, 1e30, -1e-30, 0.0] {
+        let mut mesh = globe(6);
+        mesh.uvs[3].as_mut().unwrap().fill(Vec2::splat(value));
+        let mut scene = displaced(mesh, by(4, value, 0.1), rough(8), Material::default());
+        scene.lights = vec![point(Vec3::new(2.0, 2.0, 2.0), Vec3::ONE)];
+        draw(&mut renderer, &scene, &front(), &mode(DisplacementMode::Parallax));
+        let scene = displaced(quad(), by(4, 0.1, value), rough(8), glow(Vec3::ONE));
+        let picture = draw(&mut renderer, &scene, &front(), &mode(DisplacementMode::Parallax));
+        assert_color(picture.center(), Vec3::ONE);
     }
 }

@@ -54,6 +54,9 @@ pub enum DisplacementMode {
         /// half of that from the displaced surface. At least [`MIN_PIXEL_ERROR`].
         pixel_error: f32,
     },
+    /// By relief (parallax) mapping: the base mesh is drawn, and each fragment looks for the surface along the ray of sight.
+    /// Outlines stay those of the base mesh. Only the renderer offers it.
+    Parallax,
 }
 
 impl DisplacementMode {
@@ -65,6 +68,9 @@ impl DisplacementMode {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DisplacementError {
+    /// Geometry was asked for.
+    #[error("parallax mapping makes no geometry, and the reference draws nothing else: use uniform, adaptive or off")]
+    Parallax,
     /// It would take too much memory.
     #[error(
         "displacing mesh {mesh:?} with a tessellation factor of {factor} makes {triangles} triangles, and a picture can \
@@ -199,6 +205,9 @@ pub fn displaced<'a>(
 ) -> Result<(Cow<'a, Scene>, Vec<String>), DisplacementError> {
     let mut said = Vec::new();
     let mut made: Option<Scene> = None;
+    if mode == DisplacementMode::Parallax {
+        return Err(DisplacementError::Parallax);
+    }
     if mode == DisplacementMode::Off {
         return Ok((Cow::Borrowed(scene), said));
     }

@@ -72,7 +72,7 @@ fn scene(mesh: Mesh, image: Arc<Image>) -> Scene {
     let node = Node {
         name: String::new(),
         parent: None,
-        local: glam::Affine3A::IDENTITY,
+        local: Affine3A::IDENTITY,
         mesh: Some(MeshId(0)),
         visible: true,
     };

@@ -250,6 +250,8 @@ fn displacement_settings(ui: &mut egui::Ui, model: &mut Model) {
         if adaptive.on_hover_text("As fine as the picture needs").clicked() {
             mode = DisplacementMode::ADAPTIVE;
         }
+        let parallax = ui.selectable_value(&mut mode, DisplacementMode::Parallax, "parallax");
+        parallax.on_hover_text("The base meshes, with the map looked up along the ray of sight");
         if let DisplacementMode::Adaptive { pixel_error } = &mut mode {
             let drag = egui::DragValue::new(pixel_error).range(0.05..=64.0).speed(0.05).suffix(" px");
             ui.add(drag).on_hover_text("The most that a point moves when the tessellation changes");
