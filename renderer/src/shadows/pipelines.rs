@@ -377,8 +377,8 @@ impl ShadowPipelines {
                         read_mask: 0xff,
                         write_mask: 0xff,
                     },
-                    // A little behind the surface that they start from, on which both are as deep.
-                    bias: wgpu::DepthBiasState { constant: -4, slope_scale: -1.0, clamp: 0.0 },
+                    // A few roundings behind the surface that they start from. By slope it would move the shadow's edge.
+                    bias: wgpu::DepthBiasState { constant: -16, slope_scale: 0.0, clamp: 0.0 },
                 }),
                 multisample: wgpu::MultisampleState::default(),
                 fragment: None,
