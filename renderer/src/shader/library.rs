@@ -31,7 +31,10 @@ const FILES: &[(&str, &str)] = files![
     "shadow_blur",
     "shadow_caster",
     "shadow_compare",
+    "shadow_extrude",
+    "shadow_mask",
     "shadow_moments",
+    "shadow_volume",
     "shadow_warp",
     "surface",
     "tessellation",
@@ -56,6 +59,10 @@ pub(crate) enum Program {
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
     Blur,
+    /// The volume that a caster shades.
+    Extrude,
+    /// The pixels that are in no volume.
+    Mask,
     /// A background picture.
     Background { encode: bool },
     /// The last pass, into a target that could not be drawn to directly.
@@ -71,6 +78,8 @@ impl Program {
             Self::Interpolate => "interpolate",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
+            Self::Extrude => "shadow_extrude",
+            Self::Mask => "shadow_mask",
             Self::Background { .. } => "background",
             Self::Present { .. } => "present",
         }
@@ -88,7 +97,8 @@ impl Program {
             Self::Displace { normals } => vec![("NORMALS", normals)],
             Self::Interpolate => Vec::new(),
             Self::Caster(caster) => caster.features(),
-            Self::Blur => Vec::new(),
+            Self::Extrude => vec![("NODE_NORMALS", false), ("RECEIVERS", false)],
+            Self::Blur | Self::Mask => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
@@ -115,7 +125,7 @@ fn all_programs() -> Vec<Program> {
     programs.extend([false, true].map(|normals| Program::Displace { normals }));
     programs.push(Program::Interpolate);
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
-    programs.push(Program::Blur);
+    programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
@@ -187,7 +197,7 @@ mod tests {
         // Relief with each lit or textured surface.
         let relief = (3 * 2 * 2 + 1) * 2 + 1;
         assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 1 + 3 + 2 + 6);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 3 + 2 + 6);
     }
 
     #[test]

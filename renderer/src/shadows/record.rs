@@ -2,6 +2,8 @@
 
 use aam_scene::Scene;
 
+use super::casters::CasterDraw;
+use super::pipelines::CasterKey;
 use super::{FrameShadows, MapPass, ShadowTable, empty_moments, uniform_stride};
 use crate::draws::{DrawList, mesh_of};
 use crate::materials::{MaterialTable, bind};
@@ -40,11 +42,12 @@ impl ShadowTable {
             self.record_map(pass, from, targets, encoder, stamps.as_deref_mut(), stats);
             stats.shadow_maps += 1;
         }
+        self.record_volumes(&frame.volumes, from, targets, encoder, stamps.as_deref_mut(), stats);
         for blur in &frame.blurs {
             let Some(map) = &self.maps[blur.source] else { continue };
             let key = TargetKey {
-                width: map.key.size,
-                height: map.key.size,
+                width: map.key.width,
+                height: map.key.height,
                 format: map.key.format,
                 samples: 1,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
@@ -98,22 +101,36 @@ impl ShadowTable {
         let moments = map_pass.settings.technique.filter.has_moments();
         let own_depth = moments.then(|| {
             let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
-            let (width, height) = (map.key.size, map.key.size);
+            let (width, height) = (map.key.width, map.key.height);
             targets.get(from.gpu, TargetKey { width, height, format: DEPTH_FORMAT, samples: 1, usage }, from.picture).1
         });
         let [r, g, b, a] = empty_moments(&map_pass.settings);
         let color = moments.then_some((layer, wgpu::Color { r, g, b, a }));
         let depth = (own_depth.as_ref().unwrap_or(layer), !moments);
+        let (view, keep) = depth;
+        let depth = keeps_depth(view, wgpu::LoadOp::Clear(1.0), keep);
         let mut pass = begin(encoder, "shadow maps", color, Some(depth), from, stamps);
+        self.record_casters(&mut pass, &map_pass.draws, map_pass.offset, from, stats);
+    }
+
+    /// Draws casters as the view at a place in the caster uniforms sees them.
+    pub(super) fn record_casters(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        draws: &[(CasterDraw, CasterKey)],
+        offset: u32,
+        from: &CasterSources<'_>,
+        stats: &mut FrameStats,
+    ) {
         let (Some(frame_group), Some(caster_group), Some(instances)) =
             (from.frame_group, &self.caster_group, from.instances)
         else {
             return;
         };
         pass.set_bind_group(0, frame_group, &[]);
-        let offset = map_pass.offset as usize * uniform_stride(from.gpu);
+        let offset = offset as usize * uniform_stride(from.gpu);
         pass.set_bind_group(2, caster_group, &[offset as u32]);
-        for (draw, key) in &map_pass.draws {
+        for (draw, key) in draws {
             let batch = draw.batch.of(from.list);
             let (Some(pipeline), Some(mesh)) =
                 (self.pipelines.caster(key), from.meshes.get(mesh_of(from.scene, batch)))
@@ -142,11 +159,27 @@ impl ShadowTable {
     }
 }
 
-fn begin<'e>(
+/// A depth attachment without stencil.
+fn keeps_depth(
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<f32>,
+    keep: bool,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations {
+            load,
+            store: if keep { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard },
+        }),
+        stencil_ops: None,
+    }
+}
+
+pub(super) fn begin<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     name: &'static str,
     color: Option<(&wgpu::TextureView, wgpu::Color)>,
-    depth: Option<(&wgpu::TextureView, bool)>,
+    depth: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
     from: &CasterSources<'_>,
     stamps: Option<&mut Stamps>,
 ) -> wgpu::RenderPass<'e> {
@@ -162,14 +195,7 @@ fn begin<'e>(
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some(name),
         color_attachments: attachment.as_slice(),
-        depth_stencil_attachment: depth.map(|(view, keep)| wgpu::RenderPassDepthStencilAttachment {
-            view,
-            depth_ops: Some(wgpu::Operations {
-                load: wgpu::LoadOp::Clear(1.0),
-                store: if keep { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard },
-            }),
-            stencil_ops: None,
-        }),
+        depth_stencil_attachment: depth,
         timestamp_writes: from.timing.zip(marks).map(|(timing, [first, last])| wgpu::RenderPassTimestampWrites {
             query_set: timing.queries(),
             beginning_of_pass_write_index: Some(first),
