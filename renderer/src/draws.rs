@@ -254,12 +254,8 @@ pub(crate) fn prepare(
             };
             let Some(Look { variant, uv_layers, slot }) = look else { continue };
             let gpu_mesh = tables.meshes.ensure(uploader, mesh, drawn.frame)?;
-            let needs = Needs {
-                frame: drawn.frame,
-                sorted: variant.alpha.blend,
-                edges: mode.wireframe,
-                picture: mode.picture,
-            };
+            let needs =
+                Needs { frame: drawn.frame, sorted: variant.alpha.blend, edges: mode.wireframe, picture: mode.picture };
             let displaced = tables.displacements.ensure(
                 uploader,
                 scene,
@@ -428,7 +424,8 @@ fn resolve(
                 _ => ShadowSet::NONE,
             };
             let plain = Variant { surface, diffuse_map: diffuse_map.is_some(), color, alpha, shadows, relief: false };
-            let variant = Variant { relief: mode.show == Show::Lit && relief.is_some() && plain.shows_relief(), ..plain };
+            let variant =
+                Variant { relief: mode.show == Show::Lit && relief.is_some() && plain.shows_relief(), ..plain };
             let base = diffuse_map.map(|found| (found, color_meaning, Layer::Diffuse));
             let second = match surface {
                 Surface::LightMapped => light_map.map(|found| (found, color_meaning, Layer::LightMap)),

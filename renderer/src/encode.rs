@@ -121,7 +121,8 @@ impl<'a> Recorder<'a> {
     fn displaced_edges(&mut self, pass: &mut wgpu::RenderPass<'_>, key: SurfaceKey, instances: Range<u32>) {
         let Some(surface) = self.from.displacements.get(key) else { return };
         let positions = surface.stream(crate::meshes::Stream::Position);
-        if let (Some(positions), Some((edges, count)), Some(placed)) = (positions, &surface.edges, self.from.instances) {
+        if let (Some(positions), Some((edges, count)), Some(placed)) = (positions, &surface.edges, self.from.instances)
+        {
             pass.set_vertex_buffer(0, positions.slice(..));
             pass.set_vertex_buffer(1, placed.slice(..));
             self.set_indices(pass, IndexSource::DisplacedEdges(key), edges);

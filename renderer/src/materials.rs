@@ -131,7 +131,13 @@ impl MaterialTable {
         anisotropy: u16,
         frame: u64,
     ) -> Result<MaterialSlot, RenderError> {
-        let key = Key { parameters: bytemuck::cast(*parameters), base, second, anisotropy, relief: relief.map(|relief| (relief.map, bytemuck::cast(relief.parameters))) };
+        let key = Key {
+            parameters: bytemuck::cast(*parameters),
+            base,
+            second,
+            anisotropy,
+            relief: relief.map(|relief| (relief.map, bytemuck::cast(relief.parameters))),
+        };
         if let Some(entry) = self.entries.get_mut(&key) {
             entry.last_used = frame;
             return Ok(entry.slot);

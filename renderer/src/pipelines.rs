@@ -207,7 +207,9 @@ impl Pipelines {
 
     fn build(&mut self, gpu: &Gpu, key: PipelineKey, shadows: Option<&wgpu::BindGroupLayout>) -> wgpu::RenderPipeline {
         let material_maps = match key.program {
-            Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map(), relief: variant.relief }),
+            Program::Surface(variant) => {
+                Some(MapSet { base: variant.base_map(), second: variant.second_map(), relief: variant.relief })
+            }
             _ => None,
         };
         let groups: Vec<wgpu::BindGroupLayout> = match key.program {

@@ -331,7 +331,15 @@ impl Renderer {
         } else {
             let direction = view_direction(&view.camera);
             let list = &frame.list;
-            if self.sorted.update(scene, list, &self.meshes, &self.displacements, animation_frame, uniform.eye, direction)? {
+            if self.sorted.update(
+                scene,
+                list,
+                &self.meshes,
+                &self.displacements,
+                animation_frame,
+                uniform.eye,
+                direction,
+            )? {
                 self.sorted_indices.set(&mut uploader, bytemuck::cast_slice(&self.sorted.indices))?;
             }
         }

@@ -12,7 +12,9 @@ impl Scene {
         let mut locals: Vec<Affine3A> = self.nodes.iter().map(|node| node.local).collect();
         for motion in self.animation.iter().flat_map(|animation| &animation.nodes) {
             let last = motion.locals.len().saturating_sub(1);
-            if let (Some(local), Some(moved)) = (locals.get_mut(motion.node.index()), motion.locals.get(frame.min(last))) {
+            if let (Some(local), Some(moved)) =
+                (locals.get_mut(motion.node.index()), motion.locals.get(frame.min(last)))
+            {
                 *local = *moved;
             }
         }

@@ -28,13 +28,7 @@ impl SurfaceError {
 /// Looks at the limit of `surface`, of which `drawn` is drawn with a plan (the same surface but for what is left out), at the points of a lattice of `parts` parts along each edge of the base mesh, whatever the
 /// plan, and takes the distance from the tessellated triangle that has the point in it: the nearest triangle of all is not
 /// farther.
-pub fn surface_error(
-    base: &Base,
-    surface: &Surface<'_>,
-    drawn: &Surface<'_>,
-    plan: &Plan,
-    parts: u16,
-) -> SurfaceError {
+pub fn surface_error(base: &Base, surface: &Surface<'_>, drawn: &Surface<'_>, plan: &Plan, parts: u16) -> SurfaceError {
     let (positions, _) = drawn.vertices(plan, false);
     let (mut sum, mut total, mut max) = (0.0, 0.0, 0.0_f64);
     let mut start = 0;
@@ -163,7 +157,8 @@ mod tests {
     fn finer_tessellations_are_nearer_with_the_square_of_their_factor() {
         let (scene, _) = medallion();
         with_surface(&scene, |base, surface| {
-            let error = |factor| surface_error(base, surface, surface, &Plan::uniform(base, factor, "", 1 << 23).unwrap(), 96);
+            let error =
+                |factor| surface_error(base, surface, surface, &Plan::uniform(base, factor, "", 1 << 23).unwrap(), 96);
             let errors = [4, 8, 16, 32].map(|factor| error(factor).rms);
             println!("{errors:?}");
             assert!(errors.windows(2).all(|pair| pair[1] < 0.5 * pair[0]), "{errors:?}");

@@ -129,8 +129,10 @@ fn distance(scene: &Scene, subject: &Subject, mode: DisplacementMode) -> Result<
     let mut total = SurfaceError::default();
     for (index, mesh) in scene.meshes.iter().enumerate() {
         let nodes = scene.nodes.iter().zip(&world);
-        let placed: Vec<Affine3A> =
-            nodes.filter(|(node, _)| node.mesh.is_some_and(|id| id.index() == index)).map(|(_, world)| *world).collect();
+        let placed: Vec<Affine3A> = nodes
+            .filter(|(node, _)| node.mesh.is_some_and(|id| id.index() == index))
+            .map(|(_, world)| *world)
+            .collect();
         for subset in &mesh.subsets {
             let Some(displaced) = of_subset(scene, mesh, subset) else { continue };
             let Some(heights) = HeightMap::new(displaced.image) else { continue };
@@ -196,7 +198,8 @@ pub fn to_svg(machine: &str, rows: &[Measured]) -> String {
         ("distance, time", ["GPU time of a frame, ms", "RMS distance, m"], |row| (row.frame_ms, row.distance.rms)),
         ("picture, time", ["GPU time of a frame, ms", "mean FLIP difference"], |row| (row.frame_ms, row.flip)),
     ];
-    let titles: Vec<String> = scenes.iter().flat_map(|scene| kinds.map(|(kind, ..)| format!("{scene}: {kind}"))).collect();
+    let titles: Vec<String> =
+        scenes.iter().flat_map(|scene| kinds.map(|(kind, ..)| format!("{scene}: {kind}"))).collect();
     let mut panels = Vec::new();
     for (title, (scene, (_, axes, cost))) in
         titles.iter().zip(scenes.iter().flat_map(|scene| kinds.map(|kind| (*scene, kind))))
@@ -221,5 +224,9 @@ pub fn to_svg(machine: &str, rows: &[Measured]) -> String {
         panels.push((title.as_str(), axes, series));
     }
     let method = "uniform: tessellation factor; adaptive: pixel error. Median of 11 frames in which nothing changes";
-    chart::series("Displacement: triangles and GPU time against distance from the limit surface", [machine, method], &panels)
+    chart::series(
+        "Displacement: triangles and GPU time against distance from the limit surface",
+        [machine, method],
+        &panels,
+    )
 }

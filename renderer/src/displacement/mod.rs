@@ -11,7 +11,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, Weak};
 
 use aam_scene::displacement::{
-    Base, Detail, Displaced, HeightMap, MAX_TRIANGLES, Plan, Surface, Viewer, classes, coarser_warning, of_subset, warnings,
+    Base, Detail, Displaced, HeightMap, MAX_TRIANGLES, Plan, Surface, Viewer, classes, coarser_warning, of_subset,
+    warnings,
 };
 use aam_scene::{DisplacementMode, Image, Mesh, Scene, Subset, View};
 use glam::{Affine3A, Vec3};
@@ -288,7 +289,8 @@ impl DisplacementTable {
                 stale.push((stream, filled));
             }
         }
-        let displaces = |stream: Stream| stale.iter().any(|(s, filled)| *s == stream && matches!(filled, Filled::Displaced(_)));
+        let displaces =
+            |stream: Stream| stale.iter().any(|(s, filled)| *s == stream && matches!(filled, Filled::Displaced(_)));
         let normals = displaces(Stream::Normal);
         if displaces(Stream::Position) || normals {
             let base = [Stream::Position, Stream::Normal, Stream::Uv(3)].map(|stream| gpu_mesh.stream(stream));
@@ -296,10 +298,13 @@ impl DisplacementTable {
                 (surface.stream(Stream::Position), base)
             {
                 let mut resources: Vec<wgpu::BindingResource<'_>> =
-                    [&surface.points, &surface.samples, positions, base_normals, uvs].map(wgpu::Buffer::as_entire_binding).into();
+                    [&surface.points, &surface.samples, positions, base_normals, uvs]
+                        .map(wgpu::Buffer::as_entire_binding)
+                        .into();
                 resources.push(wgpu::BindingResource::TextureView(&map.view));
                 resources.push(out.as_entire_binding());
-                resources.extend(surface.stream(Stream::Normal).filter(|_| normals).map(wgpu::Buffer::as_entire_binding));
+                resources
+                    .extend(surface.stream(Stream::Normal).filter(|_| normals).map(wgpu::Buffer::as_entire_binding));
                 let parameters = DisplaceParameters { point_count: surface.point_count, ..motion.parameters };
                 let parameters = bytemuck::bytes_of(&parameters);
                 let program = Program::Displace { normals };
@@ -317,7 +322,8 @@ impl DisplacementTable {
             };
             let resources = [&surface.points, base, out].map(wgpu::Buffer::as_entire_binding);
             let parameters = bytemuck::bytes_of(&parameters);
-            let job = self.pipelines.job(uploader, Program::Interpolate, parameters, &resources, surface.point_count)?;
+            let job =
+                self.pipelines.job(uploader, Program::Interpolate, parameters, &resources, surface.point_count)?;
             self.jobs.push(job);
         }
         if needs.edges

@@ -184,7 +184,8 @@ impl<'a> Cutter<'a> {
             Some(side) => {
                 let edge = &self.base.edges[self.base.triangle_edges[triangle as usize][side] as usize];
                 let second = if vertices[side] == edge.ends[1] { side } else { (side + 1) % 3 };
-                let along = [p[second].min(q[second]), p[second].max(q[second])].map(|n| f32::from(n) / f32::from(PARTS));
+                let along =
+                    [p[second].min(q[second]), p[second].max(q[second])].map(|n| f32::from(n) / f32::from(PARTS));
                 let classes = edge.ends.map(|vertex| self.base.classes[vertex as usize]);
                 let [first, last] = edge.ends.map(|vertex| self.surface.normals[vertex as usize]);
                 let normals = along.map(|t| (first * (1.0 - t) + last * t).normalize_or_zero());

@@ -10,7 +10,11 @@ use crate::{Mesh, Subset};
 pub fn classes(mesh: &Mesh) -> Vec<u32> {
     let pairs = |positions: &[glam::Vec3], normals: &[glam::Vec3]| {
         let normal = |index: usize| normals.get(index).copied().unwrap_or_default();
-        positions.iter().enumerate().map(|(index, position)| (position.bits(), normal(index).bits())).collect::<Vec<_>>()
+        positions
+            .iter()
+            .enumerate()
+            .map(|(index, position)| (position.bits(), normal(index).bits()))
+            .collect::<Vec<_>>()
     };
     let mut classes = weld(pairs(&mesh.positions, &mesh.normals).into_iter());
     for frame in mesh.frames.iter().filter(|frame| frame.positions.len() == mesh.positions.len()) {

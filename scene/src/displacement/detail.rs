@@ -13,15 +13,22 @@ const MAX_BLOCKS: usize = 1 << 20;
 pub(crate) struct Bounds {
     low: f32,
     high: f32,
-    /// The largest second difference in any direction, from one texel to the next.
+    /// The largest second difference along rows and columns: the map has a kink at every texel.
     bend: f32,
+    /// The largest mixed difference: between texels the map is curved by it.
+    twist: f32,
 }
 
 impl Bounds {
-    const NONE: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY, bend: 0.0 };
+    const NONE: Self = Self { low: f32::INFINITY, high: f32::NEG_INFINITY, bend: 0.0, twist: 0.0 };
 
     fn with(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high), bend: self.bend.max(other.bend) }
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+            bend: self.bend.max(other.bend),
+            twist: self.twist.max(other.twist),
+        }
     }
 
     /// Between the lowest and the highest.
@@ -30,10 +37,10 @@ impl Bounds {
     }
 
     /// How far the map can be from a plane through three of its points, at most `length` texels apart: a function whose
-    /// second derivative is `bend` is at most `bend·length²/6` away on a triangle with such sides, and never farther than
-    /// its range. Between texels the map has kinks rather than curves, hence the second factor.
+    /// second derivative is m is at most `m·length²/6` away on a triangle with such sides, and never farther than its range.
+    /// A kink is as a curve of the same turn over a texel, hence the lower limit of its second factor.
     pub(crate) fn deviation(&self, length: f32) -> f32 {
-        self.range().min(self.bend * length * length.max(1.5) / 6.0)
+        self.range().min((self.bend * length.max(1.5) + self.twist * length) * length / 6.0)
     }
 }
 
@@ -68,7 +75,7 @@ impl Detail {
                 let twists = [twist(above, left), twist(above, right), twist(below, left), twist(below, right)];
                 let twist = twists.into_iter().fold(0.0, f32::max);
                 // Between texels the map is a mixture of those around.
-                let mut bounds = Bounds { low: h, high: h, bend: across.max(down) + twist };
+                let mut bounds = Bounds { low: h, high: h, bend: across.max(down), twist };
                 for row in [above, here, below] {
                     for value in [row[left], row[x], row[right]] {
                         (bounds.low, bounds.high) = (bounds.low.min(value), bounds.high.max(value));
@@ -112,6 +119,11 @@ impl Detail {
                 bounds = bounds.with(blocks[y * columns + x]);
             }
         }
+        // Kinks are at the middles of texels.
+        let cell = |at: f32| (at - 0.5).floor();
+        if [0, 1].into_iter().all(|axis: usize| cell(down[axis] - reach) == cell(down[axis] + reach)) {
+            bounds.bend = 0.0;
+        }
         bounds
     }
 }
@@ -147,7 +159,7 @@ mod tests {
     fn a_ramp_has_a_range_but_does_not_bend() {
         let detail = Detail::new(&map(64, 64, |x, _| x as f32 / 64.0));
         let bounds = detail.around(Vec2::new(32.0, 32.0), 4.0);
-        assert!(bounds.range() > 0.1 && bounds.bend < 1e-6, "{bounds:?}");
+        assert!(bounds.range() > 0.1 && bounds.bend < 1e-6 && bounds.twist < 1e-6, "{bounds:?}");
         assert!(bounds.deviation(8.0) < 1e-4);
         // Where the map begins again it falls from 1 to 0.
         assert!(detail.around(Vec2::new(0.5, 32.0), 4.0).deviation(8.0) > 0.9);

@@ -69,13 +69,8 @@ fn scene(mesh: Mesh, image: Arc<Image>) -> Scene {
     };
     let mut material = Material::default();
     material.layers[Layer::Displacement as usize] = Some(layer);
-    let node = Node {
-        name: String::new(),
-        parent: None,
-        local: Affine3A::IDENTITY,
-        mesh: Some(MeshId(0)),
-        visible: true,
-    };
+    let node =
+        Node { name: String::new(), parent: None, local: Affine3A::IDENTITY, mesh: Some(MeshId(0)), visible: true };
     Scene {
         nodes: vec![node],
         meshes: vec![Arc::new(mesh)],
@@ -170,11 +165,13 @@ fn a_height_that_is_the_same_everywhere_moves_all_points_by_it_and_keeps_normals
         let mesh = drawn(&scene);
         let plain = drawn(&{
             let mut scene = scene.clone();
-            Arc::make_mut(&mut scene.meshes[0]).displacement = Some(Displacement { tessellation: 5, bias: 1e-30, scale: 0.0 });
+            Arc::make_mut(&mut scene.meshes[0]).displacement =
+                Some(Displacement { tessellation: 5, bias: 1e-30, scale: 0.0 });
             scene
         });
         let moved = bias + scale * ((65535.0 * h) as u16 as f32 / 65535.0);
-        for ((p, n), (q, m)) in mesh.positions.iter().zip(&mesh.normals).zip(plain.positions.iter().zip(&plain.normals)) {
+        for ((p, n), (q, m)) in mesh.positions.iter().zip(&mesh.normals).zip(plain.positions.iter().zip(&plain.normals))
+        {
             assert!((*p - (*q + m.normalize() * moved)).length() < 1e-5, "{p} {q}");
             assert!((n.normalize() - m.normalize()).length() < 1e-4, "{n} {m}");
         }
@@ -316,7 +313,10 @@ fn too_many_triangles_are_refused_before_they_take_memory() {
     mesh.indices = [0, 1, 2].repeat(100_000);
     let scene = scene(with_subset(mesh), image(2, 2, |x, _| x as f32));
     let refused = displaced(&scene, &view(4.0), DisplacementMode::Uniform).unwrap_err().to_string();
-    assert!(refused.starts_with("displacing mesh \"Moon\" with a tessellation factor of 1024 makes 104857600000"), "{refused}");
+    assert!(
+        refused.starts_with("displacing mesh \"Moon\" with a tessellation factor of 1024 makes 104857600000"),
+        "{refused}"
+    );
     let said = warnings(&scene.meshes[0]);
     assert!(said.len() == 1 && said[0].contains("4294967295") && said[0].contains("1024"), "{said:?}");
 }
@@ -327,7 +327,10 @@ fn what_nothing_displaces_is_shared() {
     let plain = scene(triangle(), Arc::clone(&map));
     let shared = |scene: &Scene, mode| matches!(displaced(scene, &view(4.0), mode), Ok((Cow::Borrowed(_), _)));
     assert!(shared(&plain, DisplacementMode::Uniform), "no parameters");
-    assert!(shared(&scene(with(triangle(), 8, 0.0, 0.0), Arc::clone(&map)), DisplacementMode::Uniform), "nothing moves");
+    assert!(
+        shared(&scene(with(triangle(), 8, 0.0, 0.0), Arc::clone(&map)), DisplacementMode::Uniform),
+        "nothing moves"
+    );
     let mut moved = scene(with(triangle(), 8, 0.0, 1.0), map);
     assert!(!shared(&moved, DisplacementMode::Uniform));
     assert!(shared(&moved, DisplacementMode::Off));
