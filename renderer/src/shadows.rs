@@ -11,7 +11,7 @@ mod uniform;
 mod volume;
 mod volumes;
 
-use aam_scene::{CasterFaces, Light, Scene, ShadowFilter, ShadowSettings, Shadows, View};
+use aam_scene::{BlurKind, CasterFaces, Light, Scene, ShadowFilter, ShadowSettings, Shadows, View};
 use glam::{DMat4, Vec3};
 
 use crate::camera::clip_from_world;
@@ -157,8 +157,9 @@ struct MapPass {
 struct BlurPass {
     source: usize,
     layer: usize,
-    /// Place in the blur uniforms of the pass along rows; that along columns follows.
+    /// Place in the blur uniforms of passes that read the map; that of those that read the other texture follows.
     offset: u32,
+    running: bool,
 }
 
 /// Maps, pipelines and uniforms of all sources.
@@ -333,9 +334,16 @@ impl ShadowTable {
                 });
                 caster_views.push(GpuCasterView::new(&settings, &placement, map_view, eye));
                 if settings.technique.filter.has_moments() && map_view.radius > 0.05 {
-                    self.pipelines.ensure_blur(&gpu, key.format)?;
-                    frame.blurs.push(BlurPass { source: slot, layer, offset: blurs.len() as u32 });
-                    blurs.extend([(map_view.radius as f32, layer as u32), (map_view.radius as f32, 0)]);
+                    let running = settings.blur == BlurKind::Running;
+                    let reach = if running {
+                        self.pipelines.ensure_running(&gpu, settings.technique.filter, key.format)?;
+                        running_width(map_view.radius)
+                    } else {
+                        self.pipelines.ensure_blur(&gpu, key.format)?;
+                        map_view.radius as f32
+                    };
+                    frame.blurs.push(BlurPass { source: slot, layer, offset: blurs.len() as u32, running });
+                    blurs.extend([(reach, layer as u32), (reach, 0)]);
                 }
             }
             map.placement = Some(placement);
@@ -424,7 +432,8 @@ impl ShadowTable {
             format: key.format,
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT
                 | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
+                | wgpu::TextureUsages::COPY_SRC
+                | key.storage(),
             view_formats: &[],
         });
         let view = |dimension, base_array_layer, array_layer_count| {
@@ -505,9 +514,25 @@ impl MapKey {
         Self { format: wgpu::TextureFormat::R8Unorm, width: view.width, height: view.height, layers: 1 }
     }
 
+    /// Maps of moments can be blurred by a compute shader.
+    fn storage(self) -> wgpu::TextureUsages {
+        match self.format {
+            wgpu::TextureFormat::R32Float | wgpu::TextureFormat::Rg32Float | wgpu::TextureFormat::Rgba32Float => {
+                wgpu::TextureUsages::STORAGE_BINDING
+            }
+            _ => wgpu::TextureUsages::empty(),
+        }
+    }
+
     fn is_mask(self) -> bool {
         self.format == wgpu::TextureFormat::R8Unorm
     }
+}
+
+/// The width of two means of equal weights that together have the variance of a Gaussian whose standard deviation is a
+/// third of the radius: `2·(width² − 1)/12 = radius²/9`.
+fn running_width(radius: f64) -> f32 {
+    (1.0 + 2.0 / 3.0 * radius * radius).sqrt().round().clamp(1.0, 64.0) as f32
 }
 
 /// Whether what a camera and a source see may have a point in common, both as world to clip space.

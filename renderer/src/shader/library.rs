@@ -1,6 +1,8 @@
 //! The shader files, and the programs that are made of them.
 
 use super::assemble::{Features, ShaderError, assemble};
+use aam_scene::ShadowFilter;
+
 use super::variant::Variant;
 use crate::lights::MAX_LIGHTS;
 use crate::shadows;
@@ -34,6 +36,7 @@ const FILES: &[(&str, &str)] = files![
     "shadow_extrude",
     "shadow_mask",
     "shadow_moments",
+    "shadow_running_blur",
     "shadow_volume",
     "shadow_warp",
     "surface",
@@ -59,6 +62,8 @@ pub(crate) enum Program {
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
     Blur,
+    /// A pass of the blur whose cost does not grow with the radius.
+    RunningBlur(ShadowFilter),
     /// The volume that a caster shades.
     Extrude,
     /// The pixels that are in no volume.
@@ -78,6 +83,7 @@ impl Program {
             Self::Interpolate => "interpolate",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
+            Self::RunningBlur(_) => "shadow_running_blur",
             Self::Extrude => "shadow_extrude",
             Self::Mask => "shadow_mask",
             Self::Background { .. } => "background",
@@ -97,6 +103,11 @@ impl Program {
             Self::Displace { normals } => vec![("NORMALS", normals)],
             Self::Interpolate => Vec::new(),
             Self::Caster(caster) => caster.features(),
+            Self::RunningBlur(filter) => vec![
+                ("ESM", filter == ShadowFilter::Esm),
+                ("VSM", filter == ShadowFilter::Vsm),
+                ("EVSM2", filter == ShadowFilter::Evsm2),
+            ],
             Self::Extrude => vec![("NODE_NORMALS", false), ("RECEIVERS", false)],
             Self::Blur | Self::Mask => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
@@ -126,6 +137,7 @@ fn all_programs() -> Vec<Program> {
     programs.push(Program::Interpolate);
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
     programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
+    programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
@@ -197,7 +209,7 @@ mod tests {
         // Relief with each lit or textured surface.
         let relief = (3 * 2 * 2 + 1) * 2 + 1;
         assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 3 + 2 + 6);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 3 + 2 + 6);
     }
 
     #[test]

@@ -108,11 +108,28 @@ pub(crate) struct CasterKey {
     pub seen: bool,
 }
 
+/// A pass of the running blur.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct RunningKey {
+    pub format: wgpu::TextureFormat,
+    /// The second of two means, which turns rows into columns.
+    pub second: bool,
+}
+
+impl RunningKey {
+    /// Both means.
+    pub(crate) fn means(format: wgpu::TextureFormat) -> [Self; 2] {
+        [false, true].map(|second| Self { format, second })
+    }
+}
+
 /// Pipelines and layouts of shadow maps built so far.
 #[derive(Debug, Default)]
 pub(crate) struct ShadowPipelines {
     casters: HashMap<CasterKey, wgpu::RenderPipeline>,
     blurs: HashMap<(wgpu::TextureFormat, bool), wgpu::RenderPipeline>,
+    running: HashMap<RunningKey, wgpu::ComputePipeline>,
+    running_layouts: HashMap<wgpu::TextureFormat, wgpu::BindGroupLayout>,
     volumes: HashMap<bool, wgpu::RenderPipeline>,
     mask: Option<wgpu::RenderPipeline>,
     modules: HashMap<Program, wgpu::ShaderModule>,
@@ -147,7 +164,11 @@ const fn array_texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingTyp
 
 impl ShadowPipelines {
     pub(crate) fn len(&self) -> usize {
-        self.casters.len() + self.blurs.len() + self.volumes.len() + usize::from(self.mask.is_some())
+        self.casters.len()
+            + self.blurs.len()
+            + self.running.len()
+            + self.volumes.len()
+            + usize::from(self.mask.is_some())
     }
 
     pub(crate) fn module_count(&self) -> usize {
@@ -319,6 +340,67 @@ impl ShadowPipelines {
 
     pub(crate) fn mask(&self) -> Option<&wgpu::RenderPipeline> {
         self.mask.as_ref()
+    }
+
+    pub(crate) fn running(&self, key: &RunningKey) -> Option<&wgpu::ComputePipeline> {
+        self.running.get(key)
+    }
+
+    /// Layout of the bind group of a running blur's pass, once it was asked for.
+    pub(crate) fn built_running_layout(&self, format: wgpu::TextureFormat) -> Option<&wgpu::BindGroupLayout> {
+        self.running_layouts.get(&format)
+    }
+
+    /// Makes sure that the pipelines of a running blur are built.
+    pub(crate) fn ensure_running(
+        &mut self,
+        gpu: &Gpu,
+        filter: ShadowFilter,
+        format: wgpu::TextureFormat,
+    ) -> Result<(), RenderError> {
+        for key in RunningKey::means(format) {
+            if self.running.contains_key(&key) {
+                continue;
+            }
+            let module = self.module(gpu, Program::RunningBlur(filter))?;
+            let group = self.running_layouts.entry(format).or_insert_with(|| {
+                let compute = wgpu::ShaderStages::COMPUTE;
+                let target = wgpu::BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::WriteOnly,
+                    format,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                };
+                let moments = array_texture(wgpu::TextureSampleType::Float { filterable: false });
+                layout(
+                    gpu,
+                    "running blur",
+                    &[
+                        layout_entry(0, compute, moments),
+                        layout_entry(1, compute, DYNAMIC_UNIFORM),
+                        layout_entry(2, compute, target),
+                    ],
+                )
+            });
+            let pipeline_layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("running blur"),
+                bind_group_layouts: &[Some(group)],
+                immediate_size: 0,
+            });
+            let constants = [("SECOND", f64::from(u8::from(key.second)))];
+            let pipeline = gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("running blur"),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some("blur"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..wgpu::PipelineCompilationOptions::default()
+                },
+                cache: None,
+            });
+            self.running.insert(key, pipeline);
+        }
+        Ok(())
     }
 
     /// Makes sure that the pipelines of shadow volumes are built.

@@ -3,8 +3,8 @@
 use aam_scene::Scene;
 
 use super::casters::CasterDraw;
-use super::pipelines::CasterKey;
-use super::{FrameShadows, MapPass, ShadowTable, empty_moments, uniform_stride};
+use super::pipelines::{CasterKey, RunningKey};
+use super::{BlurPass, FrameShadows, Map, MapPass, ShadowTable, empty_moments, uniform_stride};
 use crate::draws::{DrawList, mesh_of};
 use crate::materials::{MaterialTable, bind};
 use crate::meshes::MeshTable;
@@ -50,13 +50,22 @@ impl ShadowTable {
                 height: map.key.height,
                 format: map.key.format,
                 samples: 1,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING
+                    | if blur.running {
+                        wgpu::TextureUsages::STORAGE_BINDING
+                    } else {
+                        wgpu::TextureUsages::RENDER_ATTACHMENT
+                    },
             };
             let (texture, scratch) = targets.get(from.gpu, key, from.picture);
             let scratch_array = texture.create_view(&wgpu::TextureViewDescriptor {
                 dimension: Some(wgpu::TextureViewDimension::D2Array),
                 ..wgpu::TextureViewDescriptor::default()
             });
+            if blur.running {
+                self.record_running(blur, map, (&scratch, &scratch_array), from, encoder, stamps.as_deref_mut());
+                continue;
+            }
             let steps = [
                 ("shadow blur rows", &map.array, &scratch, false),
                 ("shadow blur columns", &scratch_array, &map.layers[blur.layer], true),
@@ -71,6 +80,57 @@ impl ShadowTable {
                 pass.set_bind_group(0, &group, &[offset as u32]);
                 pass.draw(0..3, 0..1);
             }
+        }
+    }
+
+    fn record_running(
+        &self,
+        blur: &BlurPass,
+        map: &Map,
+        (scratch, scratch_array): (&wgpu::TextureView, &wgpu::TextureView),
+        from: &CasterSources<'_>,
+        encoder: &mut wgpu::CommandEncoder,
+        mut stamps: Option<&mut Stamps>,
+    ) {
+        let layer = &map.layers[blur.layer];
+        let means = RunningKey::means(map.key.format);
+        let passes =
+            ["shadow blur rows", "shadow blur columns"].into_iter().flat_map(|name| means.map(|key| (name, key)));
+        for (name, key) in passes {
+            // There and back again.
+            let (source, target) = if key.second { (scratch_array, layer) } else { (&map.array, scratch) };
+            let (Some(pipeline), Some(layout), Some(uniform)) = (
+                self.pipelines.running(&key),
+                self.pipelines.built_running_layout(map.key.format),
+                self.blur_uniform.get(),
+            ) else {
+                continue;
+            };
+            let size = std::num::NonZeroU64::new(8);
+            let group = from.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("running blur"),
+                layout,
+                entries: &[
+                    bind(0, wgpu::BindingResource::TextureView(source)),
+                    bind(1, wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: uniform, offset: 0, size })),
+                    bind(2, wgpu::BindingResource::TextureView(target)),
+                ],
+            });
+            let marks = stamps.as_deref_mut().and_then(|stamps| stamps.pass(name));
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(name),
+                timestamp_writes: from.timing.zip(marks).map(|(timing, [first, last])| {
+                    wgpu::ComputePassTimestampWrites {
+                        query_set: timing.queries(),
+                        beginning_of_pass_write_index: Some(first),
+                        end_of_pass_write_index: Some(last),
+                    }
+                }),
+            });
+            pass.set_pipeline(pipeline);
+            let offset = (blur.offset as usize + usize::from(key.second)) * uniform_stride(from.gpu);
+            pass.set_bind_group(0, &group, &[offset as u32]);
+            pass.dispatch_workgroups(map.key.width.div_ceil(16), 1, 1);
         }
     }
 
