@@ -36,7 +36,7 @@ const FRAMES: usize = 11;
 pub struct Measured {
     /// The scene.
     pub scene: String,
-    /// `off`, `uniform` or `adaptive`.
+    /// `off`, `parallax`, `uniform` or `adaptive`.
     pub mode: &'static str,
     /// Tessellation factor or pixel error; 0 where there is none.
     pub parameter: f32,
@@ -48,7 +48,7 @@ pub struct Measured {
     pub displace_ms: f64,
     /// CPU time of preparing a frame after a change: tessellation and upload.
     pub prepare_ms: f64,
-    /// Distance of the limit surface.
+    /// Distance of the limit surface; 0 for parallax, which draws no surface.
     pub distance: SurfaceError,
     /// Mean FLIP difference from the reference's picture of a tessellation by 64.
     pub flip: f64,
@@ -78,7 +78,7 @@ pub fn measure(
     progress(&format!("{}: reference", subject.name));
     let fine = with_factor(&subject.scene, LIMIT);
     let (truth, _) = aam_reference::render(&fine, &subject.view, &aam_reference::Options::default())?;
-    let off = [("off", 0.0, 1, DisplacementMode::Off)];
+    let off = [("off", 0.0, 1, DisplacementMode::Off), ("parallax", 0.0, 1, DisplacementMode::Parallax)];
     let uniform = FACTORS.map(|factor| ("uniform", factor as f32, factor, DisplacementMode::Uniform));
     let adaptive =
         PIXEL_ERRORS.map(|pixel_error| ("adaptive", pixel_error, 1, DisplacementMode::Adaptive { pixel_error }));
@@ -125,6 +125,9 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// The distance of the limit surface from all displaced surfaces of a scene.
 fn distance(scene: &Scene, subject: &Subject, mode: DisplacementMode) -> Result<SurfaceError, LabError> {
+    if mode == DisplacementMode::Parallax {
+        return Ok(SurfaceError::default());
+    }
     let world = scene.world_transforms_at(0);
     let mut total = SurfaceError::default();
     for (index, mesh) in scene.meshes.iter().enumerate() {
