@@ -45,7 +45,9 @@ pub fn shadow_limits(scene: &Scene, view: &View, source: usize) -> Vec<ShadowLim
     let case = Case { scene, view, source, placement: &placement, casters: &casters, all: &all };
     if source.settings.technique.filter == ShadowFilter::Volume {
         found.push("edges are hard; with MSAA, pixels on outlines take the shadow of what is in their middle".into());
-        found.push("parts that an alpha cutoff removes cast shadows".into());
+        if scene.materials.iter().any(|material| material.alpha_cutoff.is_some()) {
+            found.push("parts that an alpha cutoff removes cast shadows".into());
+        }
         return found.into_iter().map(ShadowLimit::Degrades).collect();
     }
     case.volume(&mut found);
