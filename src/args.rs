@@ -155,6 +155,11 @@ pub(crate) fn positive(text: &str) -> Result<f32, String> {
     between(text, f32::MIN_POSITIVE, f32::MAX, "a number above 0")
 }
 
+/// Pixels that adaptive tessellation may be off by.
+pub(crate) fn pixel_error(text: &str) -> Result<f32, String> {
+    between(text, aam_scene::displacement::MIN_PIXEL_ERROR, 1e4, "pixels, from 0.01 to 10000")
+}
+
 /// A number from 0 to 1.
 pub(crate) fn fraction(text: &str) -> Result<f32, String> {
     between(text, 0.0, 1.0, "a number from 0 to 1")

@@ -270,6 +270,7 @@ Examples:
   aam render model.aam -o turn.png --turntable 36          turn_00.png … turn_35.png
   aam render model.aam -o '{n}.png' --turntable 36         00.png … 35.png
   aam render model.aam -o - > picture.png
+  aam render moon.aam -o moon.png --displacement adaptive --pixel-error 0.5
   aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows
   aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4";
 
@@ -324,6 +325,12 @@ pub(crate) struct RenderArgs {
     /// Light that surfaces give on to each other, so many times, in linear light and with shadows (reference engine)
     #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub(crate) bounces: u32,
+    /// How displacement maps are drawn
+    #[arg(long, value_name = "MODE", default_value = "uniform")]
+    pub(crate) displacement: Displacement,
+    /// Pixels that a point may move when adaptive tessellation changes; without it 1
+    #[arg(long, value_name = "PIXELS", value_parser = args::pixel_error)]
+    pub(crate) pixel_error: Option<f32>,
     /// Frame of the animation, from 0
     #[arg(long, value_name = "F", default_value = "0", value_parser = args::not_negative)]
     pub(crate) frame: f32,
@@ -351,6 +358,18 @@ pub(crate) enum LightSize {
     Point,
     /// Lights are as large as the scene file says
     Area,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Displacement {
+    /// The base mesh alone
+    Off,
+    /// Each edge cut into as many parts as the file says (TF)
+    Uniform,
+    /// Edges halved until --pixel-error holds
+    Adaptive,
+    /// The base mesh, with the map looked up along the ray of sight (GPU engine)
+    Parallax,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

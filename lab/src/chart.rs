@@ -49,6 +49,90 @@ pub fn cost_and_error(study: &Study) -> String {
     svg
 }
 
+/// Points that belong together, such as a technique over its parameter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// What they are.
+    pub name: String,
+    /// Label, cost and error of each, in the order that a line joins them.
+    pub points: Vec<(String, f64, f64)>,
+}
+
+/// Colours of series.
+const SERIES: [&str; 4] = [DOT, FRONT, "#3a9a5b", "#8a5cb8"];
+
+/// One panel for each named set of series, logarithmic on both axes: cost to the right, error upwards. Points whose cost or
+/// error is not above 0 are left out.
+pub fn series(title: &str, notes: [&str; 2], panels: &[(&str, [&str; 2], Vec<Series>)]) -> String {
+    let width = (LEFT + WIDTH + RIGHT) * panels.len().max(1) as f64;
+    let height = TOP + HEIGHT + BOTTOM;
+    let mut svg = String::new();
+    let _ = writeln!(
+        svg,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"11\" fill=\"{INK}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+    );
+    text(&mut svg, (LEFT, 22.0), "start", "font-size=\"15\" font-weight=\"bold\"", title);
+    text(&mut svg, (LEFT, 40.0), "start", "fill=\"#666\"", notes[0]);
+    text(&mut svg, (LEFT, 55.0), "start", "fill=\"#666\"", notes[1]);
+    for (index, (name, axes, lines)) in panels.iter().enumerate() {
+        let _ = writeln!(svg, "<g transform=\"translate({},{TOP})\">", LEFT + (LEFT + WIDTH + RIGHT) * index as f64);
+        series_panel(&mut svg, name, axes, lines);
+        svg.push_str("</g>\n");
+    }
+    text(&mut svg, (LEFT, height - 12.0), "start", "fill=\"#666\"", "Down and to the left is better.");
+    svg.push_str("</svg>\n");
+    svg
+}
+
+fn series_panel(svg: &mut String, title: &str, [across, up]: &[&str; 2], lines: &[Series]) {
+    let shown = |series: &Series| {
+        let points = series.points.iter().filter(|(_, cost, error)| *cost > 0.0 && *error > 0.0);
+        points.cloned().collect::<Vec<(String, f64, f64)>>()
+    };
+    let all: Vec<(String, f64, f64)> = lines.iter().flat_map(shown).collect();
+    let x = Axis::logarithmic(all.iter().map(|(_, cost, _)| *cost), WIDTH);
+    let y = Axis::logarithmic(all.iter().map(|(_, _, error)| *error), HEIGHT);
+    text(svg, (0.0, -10.0), "start", "font-size=\"13\" font-weight=\"bold\"", title);
+    for (value, label) in x.ticks().into_iter().filter(|(value, _)| is_sparse(*value, &x)) {
+        let at = x.place(value);
+        line(svg, [(at, 0.0), (at, HEIGHT)], FAINT);
+        text(svg, (at, HEIGHT + 15.0), "middle", "", &label);
+    }
+    for (value, label) in y.ticks().into_iter().filter(|(value, _)| is_sparse(*value, &y)) {
+        let at = HEIGHT - y.place(value);
+        line(svg, [(0.0, at), (WIDTH, at)], FAINT);
+        text(svg, (-6.0, at + 4.0), "end", "", &label);
+    }
+    line(svg, [(0.0, 0.0), (0.0, HEIGHT)], INK);
+    line(svg, [(0.0, HEIGHT), (WIDTH, HEIGHT)], INK);
+    text(svg, (0.5 * WIDTH, HEIGHT + 32.0), "middle", "", across);
+    text(svg, (-50.0, 0.5 * HEIGHT), "middle", &format!("transform=\"rotate(-90 -50 {})\"", 0.5 * HEIGHT), up);
+    let dots: Vec<(f64, f64)> = all.iter().map(|(_, cost, error)| (x.place(*cost), HEIGHT - y.place(*error))).collect();
+    let mut labels: Vec<(f64, f64, f64)> = Vec::new();
+    for (index, series) in lines.iter().enumerate() {
+        let color = SERIES[index % SERIES.len()];
+        let points = shown(series);
+        let places: Vec<(f64, f64)> =
+            points.iter().map(|(_, cost, error)| (x.place(*cost), HEIGHT - y.place(*error))).collect();
+        let path: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let _ = writeln!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\"/>", path.join(" "));
+        for ((label, ..), (cx, cy)) in points.iter().zip(&places) {
+            let _ = writeln!(svg, "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"3.5\" fill=\"{color}\"/>");
+            let place = label_place(label, (*cx, *cy), &dots, &labels);
+            text(svg, (place.0, place.1 + 4.0), "start", &format!("font-size=\"10\" fill=\"{color}\""), label);
+            labels.push(place);
+        }
+        let at = (WIDTH - 4.0, 12.0 + 14.0 * index as f64);
+        text(svg, at, "end", &format!("fill=\"{color}\" font-weight=\"bold\""), &series.name);
+    }
+}
+
+/// Whether a tick is worth its room: over several powers of ten only the powers are.
+fn is_sparse(value: f64, axis: &Axis) -> bool {
+    axis.end / axis.begin < 150.0 || (value.log10() - value.log10().round()).abs() < 1e-6
+}
+
 fn panel(svg: &mut String, title: &str, rows: &[&Row]) {
     let times = rows.iter().flat_map(|row| [row.gpu_quartiles[0], row.gpu_ms, row.gpu_quartiles[1]]);
     let x = Axis::logarithmic(times, WIDTH);

@@ -23,6 +23,9 @@ pub enum LabError {
     /// The reference could not draw.
     #[error(transparent)]
     Reference(#[from] aam_reference::Error),
+    /// A surface could not be displaced.
+    #[error(transparent)]
+    Displacement(#[from] aam_scene::DisplacementError),
     /// Two pictures could not be compared.
     #[error(transparent)]
     Compare(#[from] crate::metrics::CompareError),

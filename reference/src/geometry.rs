@@ -7,7 +7,6 @@ use aam_scene::{Mesh, Scene};
 use glam::{Affine3A, Mat3, Vec3};
 
 use crate::bvh::{Bvh, Ray};
-use crate::frame;
 use crate::options::Error;
 use crate::surface::{Surface, Surfaces};
 use crate::{MAX_COORDINATE, MAX_TRIANGLES};
@@ -151,7 +150,7 @@ impl<'a> Geometry<'a> {
         if count > MAX_TRIANGLES {
             return Err(Error::Triangles(count));
         }
-        let world = frame::world_transforms(scene, index);
+        let world = scene.world_transforms_at(index);
         let mut geometry = Self {
             instances: Vec::new(),
             surfaces: Vec::new(),
@@ -170,10 +169,10 @@ impl<'a> Geometry<'a> {
                     let material = scene.materials.get(subset.material.index());
                     geometry.surfaces.push(surfaces.surface(mesh, material));
                 }
-                (first, Arc::new(frame::normals(mesh, index)))
+                (first, Arc::new(mesh.normals_at(index)))
             });
             let instance = Instance::new(mesh, Arc::clone(normals), &world[node]);
-            geometry.add(instance, frame::positions(mesh, index), &world[node], *first_surface);
+            geometry.add(instance, mesh.positions_at(index), &world[node], *first_surface);
         }
         let (bvh, order) = Bvh::build(&geometry.corners);
         geometry.bvh = bvh;

@@ -35,7 +35,7 @@ mod work;
 
 use std::time::Instant;
 
-use aam_scene::{Image, Pixels, Scene, Shading, View};
+use aam_scene::{Image, Pixels, Scene, Shading, View, displacement};
 use glam::{Vec2, Vec4};
 
 use crate::bvh::Ray;
@@ -120,7 +120,8 @@ fn draw<T: Copy + Default + Send>(
     work::with_threads(options, || {
         let rays = RayMaker::new(view)?;
         let start = Instant::now();
-        let world = World::new(scene, view, options)?;
+        let (scene, _) = displacement::displaced(scene, view, options.displacement)?;
+        let world = World::new(&scene, view, options)?;
         if options.bounces > 0 && world.shading == Shading::Source {
             return Err(Error::BouncesInSource);
         }

@@ -3,6 +3,7 @@
 use aam_scene::{Scene, View};
 
 use crate::backdrop::Backdrop;
+use crate::displacement::DisplacementTable;
 use crate::draws::DrawList;
 use crate::encode::{Recorder, Sources};
 use crate::materials::bind;
@@ -95,6 +96,7 @@ impl Renderer {
 
         let mut encoder =
             self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
+        self.record_displacement(&mut encoder, stamps.as_mut());
         if !frame.shadows.is_empty() {
             let casters = CasterSources {
                 gpu: &self.gpu,
@@ -127,6 +129,25 @@ impl Renderer {
             stats.gpu = timing.collect().filter(|_| options.gpu_timing);
         }
         Ok(())
+    }
+
+    /// What changed of displaced surfaces.
+    fn record_displacement(&self, encoder: &mut wgpu::CommandEncoder, stamps: Option<&mut Stamps>) {
+        let DisplacementTable { jobs, pipelines, .. } = &self.displacements;
+        if jobs.is_empty() {
+            return;
+        }
+        let marks = stamps.map(|stamps| stamps.parts(&["displacement"]));
+        let queries = self.timing.as_ref().map(Timing::queries);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("displacement"),
+            timestamp_writes: queries.zip(marks.as_ref()).map(|(query_set, marks)| wgpu::ComputePassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: marks.first().copied(),
+                end_of_pass_write_index: marks.last().copied(),
+            }),
+        });
+        pipelines.record(&mut pass, jobs);
     }
 
     /// Background, opaque surfaces, transparent ones, overlays: one pass.
@@ -197,6 +218,7 @@ impl Renderer {
             scene,
             list: &frame.list,
             meshes: &self.meshes,
+            displacements: &self.displacements,
             materials: &self.materials,
             pipelines: &self.pipelines,
             instances: self.instances.get(),

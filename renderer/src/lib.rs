@@ -6,6 +6,7 @@
 
 mod backdrop;
 mod camera;
+mod displacement;
 mod draws;
 mod encode;
 mod error;

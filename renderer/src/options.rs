@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use aam_scene::{Background, Layer, Shading};
+use aam_scene::{Background, DisplacementMode, Layer, Shading};
 use glam::Vec3;
 
 /// Samples a pixel.
@@ -114,6 +114,8 @@ pub struct RenderOptions {
     pub shading: Option<Shading>,
     /// Instead of [`aam_scene::Scene::background`].
     pub background: Option<Background>,
+    /// How displacement maps are drawn.
+    pub displacement: DisplacementMode,
     /// Which aspect of the surfaces is drawn.
     pub show: Show,
     /// Lines drawn over the picture.
@@ -133,6 +135,7 @@ impl Default for RenderOptions {
             msaa: Msaa::default(),
             shading: None,
             background: None,
+            displacement: DisplacementMode::default(),
             show: Show::default(),
             overlays: Overlays::default(),
             anisotropy: 1,

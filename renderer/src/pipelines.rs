@@ -52,23 +52,27 @@ impl Constants {
     /// Those that a variant reads; the others make no further pipelines.
     pub(crate) fn read_by(self, variant: &Variant) -> Self {
         match variant.surface {
-            Surface::Lit { specular, .. } => Self { parallel: self.parallel && specular, shown_source: 0, ..self },
+            Surface::Lit { specular, .. } => {
+                Self { parallel: self.parallel && (specular || variant.relief), shown_source: 0, ..self }
+            }
             Surface::ShowShadow => Self { shown_source: self.shown_source, ..Self::default() },
-            _ => Self::default(),
+            _ => Self { parallel: self.parallel && variant.relief, ..Self::default() },
         }
     }
 
     /// Their names and values in WGSL.
     fn values(self, program: &Program) -> Vec<(&'static str, f64)> {
+        let parallel = ("PARALLEL", f64::from(u8::from(self.parallel)));
         match program {
             Program::Surface(Variant { surface: Surface::Lit { .. }, .. }) => {}
             Program::Surface(Variant { surface: Surface::ShowShadow, .. }) => {
                 return vec![("SHOWN_SOURCE", f64::from(self.shown_source))];
             }
+            Program::Surface(Variant { relief: true, .. }) => return vec![parallel],
             _ => return Vec::new(),
         }
         vec![
-            ("PARALLEL", f64::from(u8::from(self.parallel))),
+            parallel,
             ("POINT_END", f64::from(self.lights.point)),
             ("DIRECTIONAL_END", f64::from(self.lights.directional)),
             ("SPOT_END", f64::from(self.lights.spot)),
@@ -81,11 +85,12 @@ impl Constants {
 pub(crate) struct MapSet {
     pub base: bool,
     pub second: bool,
+    pub relief: bool,
 }
 
 impl MapSet {
     fn index(self) -> usize {
-        usize::from(self.base) + 2 * usize::from(self.second)
+        usize::from(self.base) + 2 * usize::from(self.second) + 4 * usize::from(self.relief)
     }
 }
 
@@ -95,7 +100,7 @@ pub(crate) struct Pipelines {
     pipelines: HashMap<PipelineKey, wgpu::RenderPipeline>,
     modules: HashMap<Program, wgpu::ShaderModule>,
     frame_layout: wgpu::BindGroupLayout,
-    material_layouts: [Option<wgpu::BindGroupLayout>; 4],
+    material_layouts: [Option<wgpu::BindGroupLayout>; 8],
     picture_layout: Option<wgpu::BindGroupLayout>,
     texel_layout: Option<wgpu::BindGroupLayout>,
 }
@@ -135,6 +140,10 @@ impl Pipelines {
             }
             if maps.second {
                 entries.push(layout_entry(3, wgpu::ShaderStages::FRAGMENT, texture(true)));
+            }
+            if maps.relief {
+                entries.push(layout_entry(4, wgpu::ShaderStages::VERTEX_FRAGMENT, UNIFORM));
+                entries.push(layout_entry(5, wgpu::ShaderStages::FRAGMENT, HEIGHTS));
             }
             layout(gpu, "material", &entries)
         })
@@ -198,7 +207,9 @@ impl Pipelines {
 
     fn build(&mut self, gpu: &Gpu, key: PipelineKey, shadows: Option<&wgpu::BindGroupLayout>) -> wgpu::RenderPipeline {
         let material_maps = match key.program {
-            Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
+            Program::Surface(variant) => {
+                Some(MapSet { base: variant.base_map(), second: variant.second_map(), relief: variant.relief })
+            }
             _ => None,
         };
         let groups: Vec<wgpu::BindGroupLayout> = match key.program {
@@ -313,6 +324,13 @@ pub(crate) const fn texture(filterable: bool) -> wgpu::BindingType {
     }
 }
 
+/// Displacement maps.
+const HEIGHTS: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Uint,
+    view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
+
 pub(crate) const fn layout_entry(
     binding: u32,
     visibility: wgpu::ShaderStages,
@@ -334,6 +352,7 @@ pub(crate) enum Slot {
     Color,
     BaseUv,
     SecondUv,
+    ReliefUv,
 }
 
 /// The vertex buffers of a surface variant in their order; the instances follow.
@@ -345,6 +364,7 @@ pub(crate) fn surface_slots(variant: &Variant) -> impl Iterator<Item = Slot> + u
         (variant.vertex_colors(), Slot::Color),
         (variant.base_uv(), Slot::BaseUv),
         (variant.second_map(), Slot::SecondUv),
+        (variant.relief, Slot::ReliefUv),
     ]
     .into_iter()
     .filter_map(|(used, slot)| used.then_some(slot))
@@ -379,6 +399,7 @@ impl VertexBuffers {
                     Slot::Color => single(Float32x4, 3),
                     Slot::BaseUv => single(Float32x2, 4),
                     Slot::SecondUv => single(Float32x2, 5),
+                    Slot::ReliefUv => single(Float32x2, 6),
                 })
                 .chain([instances(variant.node_normals(), variant.shadows.masked)])
                 .collect(),

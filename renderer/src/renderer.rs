@@ -6,6 +6,7 @@ use aam_scene::{Image, Pixels, Projection, Scene, Shading, View};
 
 use crate::backdrop;
 use crate::camera::{FrameUniform, view_direction};
+use crate::displacement::DisplacementTable;
 use crate::draws::{self, Mode, Tables};
 use crate::frame::Frame;
 use crate::lights;
@@ -35,6 +36,7 @@ pub struct Renderer {
     pub(crate) meshes: MeshTable,
     pub(crate) textures: TextureTable,
     pub(crate) materials: MaterialTable,
+    pub(crate) displacements: DisplacementTable,
     pub(crate) pipelines: Pipelines,
     pub(crate) targets: TargetPool,
     pub(crate) overlays: OverlayTable,
@@ -59,6 +61,7 @@ impl Renderer {
             meshes: MeshTable::default(),
             textures: TextureTable::default(),
             materials: MaterialTable::default(),
+            displacements: DisplacementTable::default(),
             targets: TargetPool::default(),
             overlays: OverlayTable::new(),
             sorted: Sorted::default(),
@@ -172,7 +175,7 @@ impl Renderer {
     }
 
     fn pipelines_built(&self) -> usize {
-        self.pipelines.len() + self.shadows.pipelines.len()
+        self.pipelines.len() + self.shadows.pipelines.len() + self.displacements.pipelines.len()
     }
 
     /// Waits for the GPU and returns the times of the last frame; `None` as for [`FrameStats::gpu`].
@@ -189,13 +192,16 @@ impl Renderer {
         Resources {
             meshes: self.meshes.len(),
             mesh_buffers: self.meshes.buffer_count(),
+            displaced_surfaces: self.displacements.len(),
             textures: self.textures.len(),
             materials: self.materials.len(),
-            shaders_built: self.pipelines.module_count() + self.shadows.pipelines.module_count(),
+            shaders_built: self.pipelines.module_count()
+                + self.shadows.pipelines.module_count()
+                + self.displacements.pipelines.len(),
             pipelines_built: self.pipelines_built(),
             targets: self.targets.len(),
             shadow_maps: self.shadows.len(),
-            bytes: self.meshes.bytes() + self.textures.bytes() + self.shadows.bytes(),
+            bytes: self.meshes.bytes() + self.displacements.bytes() + self.textures.bytes() + self.shadows.bytes(),
         }
     }
 
@@ -261,15 +267,19 @@ impl Renderer {
             ambient_light: packed_lights.ambient,
             anisotropy: options.anisotropy.clamp(1, 16),
             animation_frame,
+            displacement: options.displacement,
+            wireframe: options.overlays.wireframe,
             picture: self.picture,
         };
         let mut tables = Tables {
             meshes: &mut self.meshes,
             textures: &mut self.textures,
             materials: &mut self.materials,
+            displacements: &mut self.displacements,
             pipelines: &mut self.pipelines,
         };
-        let mut list = draws::prepare(scene, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        let mut list = draws::prepare(scene, view, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        stats.displaced_points = self.displacements.point_count();
         let preparation = Preparation {
             scene,
             view,
@@ -321,7 +331,15 @@ impl Renderer {
         } else {
             let direction = view_direction(&view.camera);
             let list = &frame.list;
-            if self.sorted.update(scene, list, &self.meshes, animation_frame, uniform.eye, direction)? {
+            if self.sorted.update(
+                scene,
+                list,
+                &self.meshes,
+                &self.displacements,
+                animation_frame,
+                uniform.eye,
+                direction,
+            )? {
                 self.sorted_indices.set(&mut uploader, bytemuck::cast_slice(&self.sorted.indices))?;
             }
         }
@@ -341,6 +359,7 @@ impl Renderer {
         self.meshes.sweep();
         self.textures.sweep(self.picture);
         self.materials.sweep(&self.textures, self.picture);
+        self.displacements.sweep(self.picture);
         self.targets.sweep(self.picture);
         self.overlays.sweep();
     }

@@ -7,16 +7,19 @@
 //! maps are data.
 
 mod build;
+pub mod displacement;
 mod file;
 mod frames;
 mod materials;
 mod mesh;
+mod pose;
 mod shadow;
 mod texture;
 mod types;
 mod weld;
 
 pub use build::{BuildOptions, Built, build, object_nodes};
+pub use displacement::{DisplacementError, DisplacementMode};
 pub use file::{
     AssetEntry, BackgroundEntry, LightEntry, MemberEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError,
     SceneSyntaxError, ShadowEntry, ShadowsEntry,

@@ -572,14 +572,14 @@ impl Scene {
         visible
     }
 
-    /// The box around all visible meshes in the world.
+    /// The box around all visible meshes in the world, wherever displacement maps may move them.
     pub fn bounds(&self) -> Aabb {
         let world = self.world_transforms();
         let visible = self.visibility();
         let mut bounds = Aabb::EMPTY;
         for (index, node) in self.nodes.iter().enumerate() {
             if let (true, Some(mesh)) = (visible[index], node.mesh.and_then(|id| self.meshes.get(id.index()))) {
-                bounds = bounds.union(&mesh.bounds.transformed(&world[index]));
+                bounds = bounds.union(&crate::displacement::bounds(mesh).transformed(&world[index]));
             }
         }
         bounds

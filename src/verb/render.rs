@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use aam_convert::Progress;
 use aam_renderer::{Gpu, GpuError, Msaa, RenderOptions, Renderer};
-use aam_scene::{Background, Camera, Image, Scene, Shading, View};
+use aam_scene::{Background, Camera, DisplacementMode, Image, Scene, Shading, View, displacement};
 
-use crate::cli::{Engine, LightSize, RenderArgs, Shading as ShadingArg};
+use crate::cli::{Displacement, Engine, LightSize, RenderArgs, Shading as ShadingArg};
 use crate::failure::Failure;
 use crate::open::{self, OpenedScene};
 use crate::picture::{self, Destination};
@@ -46,6 +46,13 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<ExitCode, Fa
     tell(&opened, terminal);
     let mut scene = opened.scene;
     apply(args, &mut scene, terminal)?;
+    if args.pixel_error.is_some() && args.displacement != Displacement::Adaptive {
+        return Err(Failure::new("--pixel-error is for adaptive tessellation").help("add --displacement adaptive"));
+    }
+    if args.displacement != Displacement::Off {
+        let warnings = scene.meshes.iter().flat_map(|mesh| displacement::warnings(mesh));
+        warnings.for_each(|warning| terminal.warning(warning));
+    }
     let base = camera::choose(args, &scene, opened.camera.as_ref())?;
     let mut engine = choose_engine(args, device, terminal)?;
     let pictures = args.turntable.unwrap_or(1);
@@ -177,6 +184,15 @@ fn tell_progress(progress: &Bar, number: u32, args: &RenderArgs, engine: &Drawer
     }
 }
 
+fn displacement_mode(args: &RenderArgs) -> DisplacementMode {
+    match args.displacement {
+        Displacement::Off => DisplacementMode::Off,
+        Displacement::Parallax => DisplacementMode::Parallax,
+        Displacement::Uniform => DisplacementMode::Uniform,
+        Displacement::Adaptive => DisplacementMode::Adaptive { pixel_error: args.pixel_error.unwrap_or(1.0) },
+    }
+}
+
 /// One of the two that draw.
 enum Drawer {
     Gpu { renderer: Box<Renderer>, msaa: Msaa, camera_light: bool },
@@ -221,7 +237,8 @@ impl Drawer {
         let view = View { camera, width: args.size.width, height: args.size.height, frame: args.frame };
         match self {
             Self::Gpu { renderer, msaa, camera_light } => {
-                let options = RenderOptions { msaa: *msaa, ..RenderOptions::default() };
+                let displacement = displacement_mode(args);
+                let options = RenderOptions { msaa: *msaa, displacement, ..RenderOptions::default() };
                 let (image, stats) = renderer
                     .render_to_image(scene, &view, &options)
                     .map_err(|error| Failure::new(error).help("--engine reference draws on the CPU"))?;
@@ -243,6 +260,7 @@ impl Drawer {
                     }),
                     light_samples: args.light_samples,
                     bounces: args.bounces,
+                    displacement: displacement_mode(args),
                     progress: args.turntable.is_none().then_some(&told),
                     ..aam_reference::Options::default()
                 };

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use aam_renderer::{FrameStats, Msaa, Shape, Show};
-use aam_scene::{Aabb, Background, Layer, Light, NodeId, Scene};
+use aam_scene::{Aabb, Background, DisplacementMode, Layer, Light, NodeId, Scene};
 use glam::Affine3A;
 
 use crate::eye::{Eye, Side};
@@ -51,6 +51,7 @@ pub(crate) struct Display {
     pub(crate) normals: bool,
     pub(crate) bounds: bool,
     pub(crate) hulls: bool,
+    pub(crate) displacement: DisplacementMode,
 }
 
 /// What is kept over a reload because the user changed it.

@@ -1,6 +1,7 @@
 //! The techniques, one module each.
 
 mod antialiasing;
+pub mod displacement;
 
 pub use antialiasing::Antialiasing;
 

@@ -17,14 +17,18 @@ macro_rules! files {
 const FILES: &[(&str, &str)] = files![
     "background",
     "color",
+    "displace",
     "frame",
     "fullscreen",
+    "heights",
+    "interpolate",
     "lights",
     "material",
     "node",
     "overlay",
     "phong",
     "present",
+    "relief",
     "shadow",
     "shadow_blur",
     "shadow_caster",
@@ -36,6 +40,7 @@ const FILES: &[(&str, &str)] = files![
     "shadow_volume",
     "shadow_warp",
     "surface",
+    "tessellation",
 ];
 
 /// A shader program: a root file and the features that hold.
@@ -49,6 +54,10 @@ pub(crate) enum Program {
     Normals { linear: bool },
     /// Lines or triangles in world coordinates; `nudge` brings them in front of what they lie on.
     Shape { linear: bool, nudge: bool },
+    /// Points of a tessellated surface: where displacement moves them, and the `normals` there.
+    Displace { normals: bool },
+    /// Another attribute of a mesh at the points of a tessellated surface.
+    Interpolate,
     /// A caster in a shadow map.
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
@@ -70,6 +79,8 @@ impl Program {
         match self {
             Self::Surface(_) => "surface",
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
+            Self::Displace { .. } => "displace",
+            Self::Interpolate => "interpolate",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
             Self::RunningBlur(_) => "shadow_running_blur",
@@ -89,6 +100,8 @@ impl Program {
             Self::Edges { linear } => overlay(true, false, true, linear),
             Self::Normals { linear } => overlay(true, true, true, linear),
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
+            Self::Displace { normals } => vec![("NORMALS", normals)],
+            Self::Interpolate => Vec::new(),
             Self::Caster(caster) => caster.features(),
             Self::RunningBlur(filter) => vec![
                 ("ESM", filter == ShadowFilter::Esm),
@@ -120,6 +133,8 @@ fn all_programs() -> Vec<Program> {
         programs.extend([Program::Edges { linear }, Program::Normals { linear }]);
         programs.extend([false, true].map(|nudge| Program::Shape { linear, nudge }));
     }
+    programs.extend([false, true].map(|normals| Program::Displace { normals }));
+    programs.push(Program::Interpolate);
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
     programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
     programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
@@ -191,8 +206,10 @@ mod tests {
         // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
         // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 2 + 6);
+        // Relief with each lit or textured surface.
+        let relief = (3 * 2 * 2 + 1) * 2 + 1;
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 3 + 2 + 6);
     }
 
     #[test]
@@ -215,6 +232,7 @@ mod tests {
             color: super::super::ColorSource::None,
             alpha: super::super::AlphaMode::OPAQUE,
             shadows: shadows::ShadowSet::NONE,
+            relief: false,
         });
         for absent in ["in.normal", "textureSample(base_map", "fn phong", "discard", "@location(1)"] {
             assert!(!flat.contains(absent), "{absent} in\n{flat}");

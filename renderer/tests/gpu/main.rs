@@ -5,6 +5,7 @@ mod common;
 mod conventions;
 mod corpus;
 mod costs;
+mod displacement;
 mod layers;
 mod lighting;
 mod overlays;

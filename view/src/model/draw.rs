@@ -30,6 +30,7 @@ impl Model {
         }
         RenderOptions {
             msaa: self.msaa,
+            displacement: self.display.displacement,
             show: self.display.show,
             overlays: Overlays { wireframe: self.display.wireframe, normals, bounds: self.display.bounds, shapes },
             ..RenderOptions::default()

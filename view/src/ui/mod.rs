@@ -10,7 +10,7 @@ mod tree;
 
 pub(crate) use theme::apply as apply_theme;
 
-use aam_scene::{Background, Shading};
+use aam_scene::{Background, DisplacementMode, Shading};
 use egui::{Align2, CentralPanel, Color32, Frame, Margin, Panel, PointerButton, Rect, ScrollArea, Sense, pos2, vec2};
 use glam::{Vec2, Vec3};
 
@@ -228,8 +228,38 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
     if changed {
         model.set_background(background);
     }
+    displacement_settings(ui, model);
     if model.opened.as_ref().is_some_and(|opened| opened.scene.shading != shading) {
         model.set_shading(shading);
+    }
+}
+
+/// How displacement maps are drawn, where there are any.
+fn displacement_settings(ui: &mut egui::Ui, model: &mut Model) {
+    let any = |opened: &crate::Opened| opened.scene.meshes.iter().any(|mesh| mesh.displacement.is_some());
+    if !model.opened.as_ref().is_some_and(any) {
+        return;
+    }
+    let mut mode = model.display.displacement;
+    ui.horizontal(|ui| {
+        ui.label("Displacement");
+        ui.selectable_value(&mut mode, DisplacementMode::Off, "off").on_hover_text("The base meshes");
+        let uniform = ui.selectable_value(&mut mode, DisplacementMode::Uniform, "uniform");
+        uniform.on_hover_text("Each edge in as many parts as the file says");
+        let adaptive = ui.selectable_label(matches!(mode, DisplacementMode::Adaptive { .. }), "adaptive");
+        if adaptive.on_hover_text("As fine as the picture needs").clicked() {
+            mode = DisplacementMode::ADAPTIVE;
+        }
+        let parallax = ui.selectable_value(&mut mode, DisplacementMode::Parallax, "parallax");
+        parallax.on_hover_text("The base meshes, with the map looked up along the ray of sight");
+        if let DisplacementMode::Adaptive { pixel_error } = &mut mode {
+            let drag = egui::DragValue::new(pixel_error).range(0.05..=64.0).speed(0.05).suffix(" px");
+            ui.add(drag).on_hover_text("The most that a point moves when the tessellation changes");
+        }
+    });
+    if mode != model.display.displacement {
+        model.display.displacement = mode;
+        model.stale = true;
     }
 }
 
