@@ -4,8 +4,14 @@
 #import node
 #import color
 #import material
+#if SHADED
+#import tone_map
+#endif
 #if LIT
 #import phong
+#endif
+#if ENVIRONMENT
+#import environment
 #endif
 
 struct VertexInput {
@@ -29,7 +35,7 @@ struct VertexInput {
 
 struct Varyings {
     @builtin(position) clip: vec4f,
-#if LIT
+#if LIT || ENVIRONMENT
     // Relative to the eye.
     @location(0) position: vec3f,
 #endif
@@ -62,7 +68,7 @@ fn vertex(in: VertexInput, node: NodeInput) -> Varyings {
     var out: Varyings;
     let position = node_position(node, in.position);
     out.clip = frame.clip_from_relative * vec4f(position, 1.0);
-#if LIT
+#if LIT || ENVIRONMENT
     out.position = position;
 #endif
 #if VERTEX_NORMALS
@@ -128,6 +134,9 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
 #if LIT
     color = phong(in.position, shading_normal(in, front));
 #endif
+#if ENVIRONMENT
+    color = lit_by_environment(in.position, shading_normal(in, front));
+#endif
 #if LIGHT_MAPPED
     color = material.constant + material.diffuse * textureSample(second_map, layer_sampler, in.second_uv).rgb;
 #endif
@@ -144,7 +153,11 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
 #if SHOW_NOTHING
     color = vec3f(0.2);
 #endif
+#if SHADED
+    color = tone_mapped(frame.exposure * t.rgb * color);
+#else
     color = saturate(t.rgb * color);
+#endif
 
     var alpha = 1.0;
 #if ALPHA_TEST || BLEND

@@ -26,6 +26,8 @@ pub(crate) struct Sources<'a> {
     pub sorted_indices: Option<&'a wgpu::Buffer>,
     pub format: PassFormat,
     pub constants: Constants,
+    /// Bind group 3 of surfaces that an environment lights.
+    pub environment: Option<&'a wgpu::BindGroup>,
 }
 
 /// Records into a pass, and changes only the state that differs.
@@ -54,6 +56,9 @@ impl<'a> Recorder<'a> {
 
     /// Draws opaque batches.
     pub(crate) fn opaque(&mut self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(group) = self.from.environment {
+            pass.set_bind_group(3, group, &[]);
+        }
         for batch in &self.from.list.opaque {
             if self.prepare(pass, batch, IndexSource::Mesh(batch.mesh)) {
                 self.draw_indexed(pass, batch.indices.clone(), batch.instances.clone(), 3);

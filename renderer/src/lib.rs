@@ -8,6 +8,7 @@ mod backdrop;
 mod camera;
 mod draws;
 mod encode;
+mod environment;
 mod error;
 mod frame;
 mod gpu;
@@ -30,6 +31,7 @@ mod textures;
 mod timing;
 mod upload;
 
+pub use environment::{DiffuseLight, EnvironmentDetail};
 pub use error::RenderError;
 pub use gpu::{AdapterSummary, Gpu, GpuError};
 pub use lights::MAX_LIGHTS;

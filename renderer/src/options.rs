@@ -5,6 +5,8 @@ use std::sync::Arc;
 use aam_scene::{Background, Layer, Shading};
 use glam::Vec3;
 
+use crate::EnvironmentDetail;
+
 /// Samples a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Msaa {
@@ -115,6 +117,8 @@ pub struct RenderOptions {
     pub show: Show,
     /// Lines drawn over the picture.
     pub overlays: Overlays,
+    /// How finely the scene's environment is kept.
+    pub environment: EnvironmentDetail,
     /// Largest ratio of a texture's anisotropic filter, 1 (off, the default) to 16.
     pub anisotropy: u16,
     /// Measures GPU time where the device can.
@@ -129,6 +133,7 @@ impl Default for RenderOptions {
             background: None,
             show: Show::default(),
             overlays: Overlays::default(),
+            environment: EnvironmentDetail::default(),
             anisotropy: 1,
             gpu_timing: true,
         }

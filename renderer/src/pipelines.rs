@@ -3,7 +3,10 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use aam_scene::ToneMap;
+
 use crate::draws::Instance;
+use crate::environment::EnvironmentTerms;
 use crate::lights::LightEnds;
 use crate::shader::{Program, Surface, Variant, source};
 use crate::{Gpu, RenderError};
@@ -38,34 +41,57 @@ impl PipelineKey {
     }
 }
 
-/// Values that the shader of a lit surface treats as constants.
+/// Values that the shader of a shaded surface treats as constants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Constants {
     pub lights: LightEnds,
     /// The camera is orthographic.
     pub parallel: bool,
+    pub environment: EnvironmentTerms,
+    pub tone_map: ToneMap,
 }
 
 impl Constants {
     /// Those that a variant reads; the others make no further pipelines.
     pub(crate) fn read_by(self, variant: &Variant) -> Self {
+        let Self { lights, parallel, environment, tone_map } = self;
         match variant.surface {
-            Surface::Lit { specular, .. } => Self { parallel: self.parallel && specular, ..self },
+            Surface::Lit { specular, .. } => {
+                Self { lights, parallel: parallel && specular, tone_map, ..Self::default() }
+            }
+            Surface::Environment { .. } => {
+                Self { parallel: parallel && environment.specular > 0, environment, tone_map, ..Self::default() }
+            }
+            _ if variant.is_shaded() => Self { tone_map, ..Self::default() },
             _ => Self::default(),
         }
     }
 
     /// Their names and values in WGSL.
     fn values(self, program: &Program) -> Vec<(&'static str, f64)> {
-        if !matches!(program, Program::Surface(Variant { surface: Surface::Lit { .. }, .. })) {
-            return Vec::new();
+        let tone_map = ("TONE_MAP", f64::from(self.tone_map as u8));
+        let parallel = ("PARALLEL", f64::from(u8::from(self.parallel)));
+        match program {
+            Program::Sky => vec![tone_map],
+            Program::Surface(variant) => match variant.surface {
+                Surface::Lit { .. } => vec![
+                    tone_map,
+                    parallel,
+                    ("POINT_END", f64::from(self.lights.point)),
+                    ("DIRECTIONAL_END", f64::from(self.lights.directional)),
+                    ("SPOT_END", f64::from(self.lights.spot)),
+                ],
+                Surface::Environment { .. } => vec![
+                    tone_map,
+                    parallel,
+                    ("ENVIRONMENT_DIFFUSE", f64::from(self.environment.diffuse)),
+                    ("ENVIRONMENT_SPECULAR", f64::from(self.environment.specular)),
+                ],
+                _ if variant.is_shaded() => vec![tone_map],
+                _ => Vec::new(),
+            },
+            _ => Vec::new(),
         }
-        vec![
-            ("PARALLEL", f64::from(u8::from(self.parallel))),
-            ("POINT_END", f64::from(self.lights.point)),
-            ("DIRECTIONAL_END", f64::from(self.lights.directional)),
-            ("SPOT_END", f64::from(self.lights.spot)),
-        ]
     }
 }
 
@@ -91,6 +117,8 @@ pub(crate) struct Pipelines {
     material_layouts: [Option<wgpu::BindGroupLayout>; 4],
     picture_layout: Option<wgpu::BindGroupLayout>,
     texel_layout: Option<wgpu::BindGroupLayout>,
+    environment_layout: Option<wgpu::BindGroupLayout>,
+    sky_layout: Option<wgpu::BindGroupLayout>,
 }
 
 impl Pipelines {
@@ -108,6 +136,8 @@ impl Pipelines {
             material_layouts: Default::default(),
             picture_layout: None,
             texel_layout: None,
+            environment_layout: None,
+            sky_layout: None,
         }
     }
 
@@ -154,6 +184,22 @@ impl Pipelines {
         })
     }
 
+    /// Layout of bind group 3 of surfaces that an environment lights.
+    pub(crate) fn environment_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.environment_layout.get_or_insert_with(|| {
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "environment", &[entry(0, UNIFORM), entry(1, SAMPLER), entry(2, CUBE), entry(3, CUBE)])
+        })
+    }
+
+    /// Layout of the sky box.
+    pub(crate) fn sky_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.sky_layout.get_or_insert_with(|| {
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "sky", &[entry(0, UNIFORM), entry(1, SAMPLER), entry(2, CUBE)])
+        })
+    }
+
     /// Makes sure that a pipeline is built.
     pub(crate) fn ensure(&mut self, gpu: &Gpu, key: PipelineKey) -> Result<(), RenderError> {
         if self.pipelines.contains_key(&key) {
@@ -189,15 +235,19 @@ impl Pipelines {
             Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
             _ => None,
         };
-        let groups: Vec<wgpu::BindGroupLayout> = match key.program {
-            Program::Background { .. } => vec![self.picture_layout(gpu).clone()],
-            Program::Present { .. } => vec![self.texel_layout(gpu).clone()],
+        let environment = matches!(key.program, Program::Surface(Variant { surface: Surface::Environment { .. }, .. }));
+        let groups: Vec<Option<wgpu::BindGroupLayout>> = match key.program {
+            Program::Background { .. } => vec![Some(self.picture_layout(gpu).clone())],
+            Program::Sky => vec![Some(self.sky_layout(gpu).clone())],
+            Program::Present { .. } => vec![Some(self.texel_layout(gpu).clone())],
             _ => {
-                let material = material_maps.map(|maps| self.material_layout(gpu, maps).clone());
-                [self.frame_layout.clone()].into_iter().chain(material).collect()
+                let material = material_maps.map(|maps| Some(self.material_layout(gpu, maps).clone()));
+                let environment = environment.then(|| [None, Some(self.environment_layout(gpu).clone())]);
+                let frame = Some(self.frame_layout.clone());
+                [frame].into_iter().chain(material).chain(environment.into_iter().flatten()).collect()
             }
         };
-        let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Some).collect();
+        let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Option::as_ref).collect();
         let label = format!("{:?}", key.program);
         let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(&label),
@@ -208,7 +258,7 @@ impl Pipelines {
         let blends = match key.program {
             Program::Surface(variant) => variant.alpha.blend,
             Program::Edges { .. } | Program::Normals { .. } | Program::Shape { .. } => true,
-            Program::Background { .. } | Program::Present { .. } => false,
+            Program::Background { .. } | Program::Sky | Program::Present { .. } => false,
         };
         let module = &self.modules[&key.program];
         let constants = key.constants.values(&key.program);
@@ -271,7 +321,9 @@ fn depth_state(program: &Program) -> wgpu::DepthStencilState {
     let (write, compare) = match program {
         Program::Surface(variant) if variant.alpha.blend => (false, GreaterEqual),
         Program::Surface(_) => (true, Greater),
-        Program::Shape { nudge: false, .. } | Program::Background { .. } | Program::Present { .. } => (false, Always),
+        Program::Shape { nudge: false, .. } | Program::Background { .. } | Program::Sky | Program::Present { .. } => {
+            (false, Always)
+        }
         Program::Shape { nudge: true, .. } | Program::Edges { .. } | Program::Normals { .. } => (false, GreaterEqual),
     };
     wgpu::DepthStencilState {
@@ -298,6 +350,12 @@ const fn texture(filterable: bool) -> wgpu::BindingType {
         multisampled: false,
     }
 }
+
+const CUBE: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: true },
+    view_dimension: wgpu::TextureViewDimension::Cube,
+    multisampled: false,
+};
 
 const fn layout_entry(
     binding: u32,
@@ -372,7 +430,7 @@ impl VertexBuffers {
             Program::Shape { .. } => {
                 vec![(28, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x4, 12, 2)])]
             }
-            Program::Background { .. } | Program::Present { .. } => Vec::new(),
+            Program::Background { .. } | Program::Sky | Program::Present { .. } => Vec::new(),
         })
     }
 

@@ -2,11 +2,12 @@
 
 use std::time::Instant;
 
-use aam_scene::{Image, Pixels, Projection, Scene, Shading, View};
+use aam_scene::{Background, Image, Pixels, Projection, Scene, Shading, View};
 
 use crate::backdrop;
 use crate::camera::{FrameUniform, view_direction};
 use crate::draws::{self, Mode, Tables};
+use crate::environment::{EnvironmentTable, EnvironmentTerms, SkyUniform, Wanted};
 use crate::frame::Frame;
 use crate::lights;
 use crate::materials::MaterialTable;
@@ -37,6 +38,8 @@ pub struct Renderer {
     pub(crate) pipelines: Pipelines,
     pub(crate) targets: TargetPool,
     pub(crate) overlays: OverlayTable,
+    pub(crate) environments: EnvironmentTable,
+    pub(crate) sky_uniform: DynamicBuffer,
     pub(crate) sorted: Sorted,
     pub(crate) frame_uniform: DynamicBuffer,
     pub(crate) light_uniform: DynamicBuffer,
@@ -59,6 +62,8 @@ impl Renderer {
             materials: MaterialTable::default(),
             targets: TargetPool::default(),
             overlays: OverlayTable::new(),
+            environments: EnvironmentTable::new(),
+            sky_uniform: DynamicBuffer::new("sky", BufferUsages::UNIFORM),
             sorted: Sorted::default(),
             frame_uniform: DynamicBuffer::new("frame", BufferUsages::UNIFORM),
             light_uniform: DynamicBuffer::new("lights", BufferUsages::UNIFORM),
@@ -143,7 +148,8 @@ impl Renderer {
             shaders_built: self.pipelines.module_count(),
             pipelines_built: self.pipelines.len(),
             targets: self.targets.len(),
-            bytes: self.meshes.bytes() + self.textures.bytes(),
+            bytes: self.meshes.bytes() + self.textures.bytes() + self.environments.bytes(),
+            environment_bytes: self.environments.bytes(),
         }
     }
 
@@ -182,8 +188,15 @@ impl Renderer {
 
         let linear = shading(scene, options) == Shading::Linear;
         let normal_length = options.overlays.normals.unwrap_or(0.0);
-        let uniform = FrameUniform::new(view, normal_length)?;
-        let (scene_lights, camera_light) = scene.effective_lights(&view.camera);
+        let mut uniform = FrameUniform::new(view, normal_length)?;
+        uniform.exposure = aam_scene::exposure_factor(scene.exposure);
+        let detail = options.environment.usable();
+        let shading = if linear { Shading::Linear } else { Shading::Source };
+        let lighting = scene.lighting_environment().filter(|_| options.show == Show::Lit);
+        let terms = lighting.map(|environment| EnvironmentTerms::new(environment, &detail, shading));
+        // An environment takes the place of lights.
+        let (scene_lights, camera_light) =
+            if lighting.is_some() { (Vec::new(), false) } else { scene.effective_lights(&view.camera) };
         let packed_lights = lights::pack(&scene_lights, uniform.eye)?;
         stats.lights = scene_lights.len() as u32;
         stats.camera_light = camera_light;
@@ -193,6 +206,7 @@ impl Renderer {
             show: options.show,
             linear,
             lit: packed_lights.ends.spot > 0,
+            environment: terms,
             falloff: packed_lights.falloff,
             ambient_light: packed_lights.ambient,
             anisotropy: options.anisotropy.clamp(1, 16),
@@ -215,7 +229,22 @@ impl Renderer {
             samples: if anything { options.msaa.samples() } else { 1 },
             depth: anything,
         };
-        let backdrop = self.backdrop(background, linear, format, &mut uploader, &mut stats.warnings)?;
+        let wanted = Wanted {
+            terms: terms.filter(|_| draws::is_lit_by_environment(&list)).unwrap_or_default(),
+            sky: *background == Background::Environment,
+        };
+        let (mut environment, mut sky) = (None, None);
+        if let Some(map) = scene.environment.as_ref().filter(|_| wanted.sky || wanted.terms != Default::default()) {
+            let Self { environments, pipelines, picture, .. } = self;
+            let ready =
+                environments.ensure(&mut uploader, pipelines, map, scene.up, shading, &detail, wanted, *picture)?;
+            environment = ready.group;
+            sky = ready.sky.map(|cube| (cube, SkyUniform::new(map, scene, view)));
+        }
+        let backdrop = match sky {
+            Some((cube, uniform)) => self.sky(&cube, &uniform, scene.tone_map, format, &mut uploader)?,
+            None => self.backdrop(background, linear, format, &mut uploader, &mut stats.warnings)?,
+        };
         let overlays =
             self.overlays.prepare(&options.overlays, scene, &list, &mut self.meshes, &mut uploader, format, linear)?;
         if anything {
@@ -227,8 +256,10 @@ impl Renderer {
         let constants = Constants {
             lights: packed_lights.ends,
             parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
+            environment: wanted.terms,
+            tone_map: scene.tone_map,
         };
-        let frame = Frame { constants, list, overlays, backdrop, format, direct, linear };
+        let frame = Frame { constants, list, overlays, backdrop, environment, format, direct, linear };
         stats.cpu.upload_ms = milliseconds(start);
 
         let start = Instant::now();
@@ -263,6 +294,7 @@ impl Renderer {
         self.materials.sweep(&self.textures, self.picture);
         self.targets.sweep(self.picture);
         self.overlays.sweep();
+        self.environments.sweep(self.picture);
     }
 }
 

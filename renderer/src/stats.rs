@@ -84,6 +84,8 @@ pub struct Resources {
     pub pipelines_built: usize,
     /// Render targets of the renderer's own: depth, multisampled colour, intermediate colour.
     pub targets: usize,
-    /// Bytes in mesh buffers and textures.
+    /// Bytes in mesh buffers, textures and environments.
     pub bytes: u64,
+    /// Of these, bytes of environments.
+    pub environment_bytes: u64,
 }

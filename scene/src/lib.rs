@@ -7,6 +7,7 @@
 //! maps are data.
 
 mod build;
+mod environment;
 mod file;
 mod frames;
 mod materials;
@@ -16,6 +17,10 @@ mod types;
 mod weld;
 
 pub use build::{BuildOptions, Built, build, object_nodes};
-pub use file::{AssetEntry, BackgroundEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError, SceneSyntaxError};
+pub use environment::*;
+pub use file::{
+    AssetEntry, BackgroundEntry, EnvironmentEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError,
+    SceneSyntaxError,
+};
 pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureSource, load_texture};
 pub use types::*;

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
+use crate::{Environment, ToneMap};
+
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
@@ -57,8 +59,14 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// What is behind everything.
     pub background: Background,
+    /// Light from all around. Where it lights, it takes the place of the lights and of ambient colours.
+    pub environment: Option<Environment>,
     /// On which values lighting computes.
     pub shading: Shading,
+    /// Exposure in stops: surfaces and the sky box appear brighter by 2 to this power.
+    pub exposure: f32,
+    /// How light beyond white is shown.
+    pub tone_map: ToneMap,
     /// Animation over time, if any mesh or node moves.
     pub animation: Option<Animation>,
 }
@@ -518,6 +526,8 @@ pub enum Background {
     Color(Vec3),
     /// A picture that fills the viewport.
     Picture(Arc<Image>),
+    /// The sky box: [`Scene::environment`], or the default colour where there is none.
+    Environment,
 }
 
 impl Default for Background {
@@ -595,6 +605,11 @@ impl Scene {
             shape: None,
         };
         (vec![head], true)
+    }
+
+    /// The environment that takes the place of lights, if there is one.
+    pub fn lighting_environment(&self) -> Option<&Environment> {
+        self.environment.as_ref().filter(|environment| environment.is_lit_by())
     }
 
     /// A perspective camera that sees everything, from the front, the right and a little above.

@@ -14,6 +14,7 @@ macro_rules! files {
 const FILES: &[(&str, &str)] = files![
     "background",
     "color",
+    "environment",
     "frame",
     "fullscreen",
     "lights",
@@ -22,7 +23,9 @@ const FILES: &[(&str, &str)] = files![
     "overlay",
     "phong",
     "present",
+    "sky",
     "surface",
+    "tone_map",
 ];
 
 /// A shader program: a root file and the features that hold.
@@ -38,6 +41,8 @@ pub(crate) enum Program {
     Shape { linear: bool, nudge: bool },
     /// A background picture.
     Background { encode: bool },
+    /// The environment as background.
+    Sky,
     /// The last pass, into a target that could not be drawn to directly.
     Present { encode: bool, decode: bool, premultiply: bool },
 }
@@ -48,6 +53,7 @@ impl Program {
             Self::Surface(_) => "surface",
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
             Self::Background { .. } => "background",
+            Self::Sky => "sky",
             Self::Present { .. } => "present",
         }
     }
@@ -62,6 +68,7 @@ impl Program {
             Self::Normals { linear } => overlay(true, true, true, linear),
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
             Self::Background { encode } => vec![("ENCODE", encode)],
+            Self::Sky => Vec::new(),
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
             }
@@ -85,6 +92,7 @@ fn all_programs() -> Vec<Program> {
         programs.extend([false, true].map(|nudge| Program::Shape { linear, nudge }));
     }
     programs.extend([false, true].map(|encode| Program::Background { encode }));
+    programs.push(Program::Sky);
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
             encode,
@@ -140,10 +148,10 @@ mod tests {
         let programs = all_programs();
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
-        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
+        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); 3 lit by an environment; light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
         // colours) × 4 (alpha). Then 6 that show stored values.
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + 2 + 6);
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 3 + 1 + 1) * 2 * 3 * 4 + 6);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + 2 + 1 + 6);
     }
 
     #[test]

@@ -19,6 +19,8 @@ impl NormalSource {
 pub(crate) enum Surface {
     /// Phong reflection of lights. `falloff`: some weaken with distance.
     Lit { normal: NormalSource, specular: bool, falloff: bool },
+    /// The light of an environment instead of lights.
+    Environment { normal: NormalSource },
     /// Light from a texture.
     LightMapped,
     /// Emission and ambient light: no light's direction matters.
@@ -78,6 +80,7 @@ impl Variant {
             for specular in [false, true] {
                 surfaces.extend([false, true].map(|falloff| Surface::Lit { normal, specular, falloff }));
             }
+            surfaces.push(Surface::Environment { normal });
         }
         let mut variants = Vec::new();
         for surface in surfaces {
@@ -97,9 +100,15 @@ impl Variant {
 
     fn normal(&self) -> Option<NormalSource> {
         match self.surface {
-            Surface::Lit { normal, .. } | Surface::ShowNormal(normal) => Some(normal),
+            Surface::Lit { normal, .. } | Surface::Environment { normal } | Surface::ShowNormal(normal) => Some(normal),
             _ => None,
         }
+    }
+
+    /// True where what is drawn is light, not a stored value.
+    pub(crate) fn is_shaded(&self) -> bool {
+        use Surface::{Environment, Flat, LightMapped, Lit};
+        matches!(self.surface, Lit { .. } | Environment { .. } | LightMapped | Flat)
     }
 
     /// Reads vertex normals.
@@ -146,6 +155,8 @@ impl Variant {
         };
         vec![
             ("LIT", matches!(self.surface, Surface::Lit { .. })),
+            ("ENVIRONMENT", matches!(self.surface, Surface::Environment { .. })),
+            ("SHADED", self.is_shaded()),
             ("LIGHT_MAPPED", self.surface == Surface::LightMapped),
             ("FLAT", self.surface == Surface::Flat),
             ("SHOW_NORMAL", matches!(self.surface, Surface::ShowNormal(_))),

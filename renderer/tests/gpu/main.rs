@@ -5,6 +5,7 @@ mod common;
 mod conventions;
 mod corpus;
 mod costs;
+mod environment;
 mod layers;
 mod lighting;
 mod overlays;
