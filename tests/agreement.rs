@@ -14,7 +14,7 @@ use aam_lab::metrics::{PIXELS_PER_DEGREE, difference, difference_picture, flip};
 use aam_lab::{load, save_png};
 use aam_reference::Options;
 use aam_renderer::{Gpu, Msaa, RenderOptions, Renderer};
-use aam_scene::{Image, Layer, NormalSpace, Scene, Shading, View};
+use aam_scene::{Environment, Image, Layer, NormalSpace, Scene, Shading, SpecularFilter, ToneMap, View};
 use glam::{Mat3, Vec2};
 
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
@@ -60,6 +60,8 @@ const CASES: &[Case] = &[
     // The same with fine joints of high contrast all over the picture.
     case("materials.scene.toml", 0.026),
     case("room.scene.toml", 0.039),
+    // Light from all around: the renderer's is prefiltered, the reference's is integrated for each point.
+    case("environment.scene.toml", 0.01),
     case("crate.gltf", 0.013),
     case("crate.obj", 0.013),
     // Later frames, and the other mode.
@@ -68,6 +70,7 @@ const CASES: &[Case] = &[
     Case { shading: Some(Shading::Linear), flip: None, ..case("materials.scene.toml", 0.0) },
     Case { shading: Some(Shading::Linear), flip: None, ..case("room.scene.toml", 0.0) },
     Case { shading: Some(Shading::Source), flip: None, ..case("crate.gltf", 0.0) },
+    Case { shading: Some(Shading::Source), flip: None, ..case("environment.scene.toml", 0.0) },
 ];
 
 /// Exact: the largest share of pixels that differ by more than 2. These are at edges and at alpha cutoffs, where the last
@@ -104,7 +107,9 @@ impl Case {
         let camera = camera.unwrap_or_else(|| scene.fitting_camera(width as f32 / height as f32));
         let view = View { camera, width, height, frame: self.frame };
         let trace = |samples_per_pixel| -> Result<Image> {
-            let options = Options { samples_per_pixel, ..Options::default() };
+            // About as many directions for each pixel.
+            let environment_samples = 1024 / samples_per_pixel;
+            let options = Options { samples_per_pixel, environment_samples, ..Options::default() };
             Ok(aam_reference::render(&scene, &view, &options)?.0)
         };
         let smooth = self.flip.map(|_| trace(16)).transpose()?;
@@ -295,6 +300,30 @@ const MISTAKES: &[Mistake] = &[
         noticed: Noticed::Twice,
         make: drop_highlights,
     },
+    Mistake {
+        name: "environment turned by 10 degrees",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.rotation += 0.17),
+    },
+    Mistake {
+        name: "environment reflected by mirrors",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.filter = Some(SpecularFilter::Mirror)),
+    },
+    Mistake {
+        name: "environment without diffuse light",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.diffuse = false),
+    },
+    Mistake {
+        name: "no tone mapping",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| scene.tone_map = ToneMap::Clamp,
+    },
     Mistake { name: "one light fewer", file: "character.scene.toml", noticed: Noticed::Twice, make: drop_light },
     Mistake {
         name: "colours decoded twice",
@@ -368,6 +397,12 @@ fn flip_green(scene: &mut Scene) {
     scene.meshes.iter_mut().for_each(|mesh| {
         Arc::make_mut(mesh).tangents.iter_mut().flatten().for_each(|tangent| tangent.w = -tangent.w);
     });
+}
+
+fn with_environment(scene: &mut Scene, change: impl FnOnce(&mut Environment)) {
+    if let Some(environment) = &mut scene.environment {
+        change(environment);
+    }
 }
 
 fn drop_light(scene: &mut Scene) {

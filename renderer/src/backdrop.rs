@@ -50,7 +50,7 @@ impl Renderer {
     ) -> Result<Backdrop, RenderError> {
         let constants = Constants { tone_map, ..Constants::default() };
         let key = PipelineKey { constants, ..PipelineKey::new(Program::Sky, pass) };
-        self.pipelines.ensure(&self.gpu, key)?;
+        self.pipelines.ensure(&self.gpu, key, None)?;
         self.sky_uniform.set(uploader, bytemuck::bytes_of(uniform))?;
         let sampler = self.environments.sampler(&self.gpu);
         let layout = self.pipelines.sky_layout(&self.gpu);
@@ -90,7 +90,7 @@ impl Renderer {
         let texture = self.textures.ensure(uploader, image, name, meaning, self.picture, warnings)?;
         let encode = !linear && matches!(image.pixels, Pixels::RgbF32(_));
         let key = PipelineKey::new(Program::Background { encode }, pass);
-        self.pipelines.ensure(&self.gpu, key)?;
+        self.pipelines.ensure(&self.gpu, key, None)?;
         let device = self.gpu.device();
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some(name),

@@ -49,16 +49,19 @@ pub(crate) struct Constants {
     pub parallel: bool,
     pub environment: EnvironmentTerms,
     pub tone_map: ToneMap,
+    /// The shadow source that is shown, by its position in the shader's list.
+    pub shown_source: u32,
 }
 
 impl Constants {
     /// Those that a variant reads; the others make no further pipelines.
     pub(crate) fn read_by(self, variant: &Variant) -> Self {
-        let Self { lights, parallel, environment, tone_map } = self;
+        let Self { lights, parallel, shown_source, environment, tone_map } = self;
         match variant.surface {
             Surface::Lit { specular, .. } => {
                 Self { lights, parallel: parallel && specular, tone_map, ..Self::default() }
             }
+            Surface::ShowShadow => Self { shown_source, ..Self::default() },
             Surface::Environment { .. } => {
                 Self { parallel: parallel && environment.specular > 0, environment, tone_map, ..Self::default() }
             }
@@ -87,6 +90,7 @@ impl Constants {
                     ("ENVIRONMENT_DIFFUSE", f64::from(self.environment.diffuse)),
                     ("ENVIRONMENT_SPECULAR", f64::from(self.environment.specular)),
                 ],
+                Surface::ShowShadow => vec![("SHOWN_SOURCE", f64::from(self.shown_source))],
                 _ if variant.is_shaded() => vec![tone_map],
                 _ => Vec::new(),
             },
@@ -201,7 +205,12 @@ impl Pipelines {
     }
 
     /// Makes sure that a pipeline is built.
-    pub(crate) fn ensure(&mut self, gpu: &Gpu, key: PipelineKey) -> Result<(), RenderError> {
+    pub(crate) fn ensure(
+        &mut self,
+        gpu: &Gpu,
+        key: PipelineKey,
+        shadows: Option<&wgpu::BindGroupLayout>,
+    ) -> Result<(), RenderError> {
         if self.pipelines.contains_key(&key) {
             return Ok(());
         }
@@ -212,7 +221,7 @@ impl Pipelines {
                 source: wgpu::ShaderSource::Wgsl(text.into()),
             }));
         }
-        let pipeline = self.build(gpu, key);
+        let pipeline = self.build(gpu, key, shadows);
         self.pipelines.insert(key, pipeline);
         Ok(())
     }
@@ -230,7 +239,7 @@ impl Pipelines {
         self.modules.len()
     }
 
-    fn build(&mut self, gpu: &Gpu, key: PipelineKey) -> wgpu::RenderPipeline {
+    fn build(&mut self, gpu: &Gpu, key: PipelineKey, shadows: Option<&wgpu::BindGroupLayout>) -> wgpu::RenderPipeline {
         let material_maps = match key.program {
             Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
             _ => None,
@@ -242,9 +251,12 @@ impl Pipelines {
             Program::Present { .. } => vec![Some(self.texel_layout(gpu).clone())],
             _ => {
                 let material = material_maps.map(|maps| Some(self.material_layout(gpu, maps).clone()));
+                let shadows =
+                    shadows.filter(|_| matches!(key.program, Program::Surface(variant) if !variant.shadows.is_empty()));
+                let shadows = shadows.map(|layout| Some(layout.clone()));
                 let environment = environment.then(|| [None, Some(self.environment_layout(gpu).clone())]);
-                let frame = Some(self.frame_layout.clone());
-                [frame].into_iter().chain(material).chain(environment.into_iter().flatten()).collect()
+                let rest = material.into_iter().chain(shadows).chain(environment.into_iter().flatten());
+                [Some(self.frame_layout.clone())].into_iter().chain(rest).collect()
             }
         };
         let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Option::as_ref).collect();
@@ -258,7 +270,7 @@ impl Pipelines {
         let blends = match key.program {
             Program::Surface(variant) => variant.alpha.blend,
             Program::Edges { .. } | Program::Normals { .. } | Program::Shape { .. } => true,
-            Program::Background { .. } | Program::Sky | Program::Present { .. } => false,
+            _ => false,
         };
         let module = &self.modules[&key.program];
         let constants = key.constants.values(&key.program);
@@ -321,10 +333,8 @@ fn depth_state(program: &Program) -> wgpu::DepthStencilState {
     let (write, compare) = match program {
         Program::Surface(variant) if variant.alpha.blend => (false, GreaterEqual),
         Program::Surface(_) => (true, Greater),
-        Program::Shape { nudge: false, .. } | Program::Background { .. } | Program::Sky | Program::Present { .. } => {
-            (false, Always)
-        }
         Program::Shape { nudge: true, .. } | Program::Edges { .. } | Program::Normals { .. } => (false, GreaterEqual),
+        _ => (false, Always),
     };
     wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
@@ -335,7 +345,7 @@ fn depth_state(program: &Program) -> wgpu::DepthStencilState {
     }
 }
 
-const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
+pub(crate) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
     ty: wgpu::BufferBindingType::Uniform,
     has_dynamic_offset: false,
     min_binding_size: None,
@@ -357,7 +367,7 @@ const CUBE: wgpu::BindingType = wgpu::BindingType::Texture {
     multisampled: false,
 };
 
-const fn layout_entry(
+pub(crate) const fn layout_entry(
     binding: u32,
     visibility: wgpu::ShaderStages,
     ty: wgpu::BindingType,
@@ -365,7 +375,7 @@ const fn layout_entry(
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }
 
-fn layout(gpu: &Gpu, label: &str, entries: &[wgpu::BindGroupLayoutEntry]) -> wgpu::BindGroupLayout {
+pub(crate) fn layout(gpu: &Gpu, label: &str, entries: &[wgpu::BindGroupLayoutEntry]) -> wgpu::BindGroupLayout {
     gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
 }
 
@@ -404,10 +414,13 @@ impl VertexBuffers {
         let attribute = |format, offset, shader_location| wgpu::VertexAttribute { format, offset, shader_location };
         let single =
             |format: wgpu::VertexFormat, location| (format.size(), Vertex, vec![attribute(format, 0, location)]);
-        let instances = |normals: bool| {
+        let instances = |normals: bool, receivers: bool| {
             let mut attributes: Vec<_> = (0..3).map(|row| attribute(Float32x4, 16 * row, 8 + row as u32)).collect();
             if normals {
                 attributes.extend((0..3).map(|column| attribute(Float32x3, 48 + 12 * column, 11 + column as u32)));
+            }
+            if receivers {
+                attributes.push(attribute(wgpu::VertexFormat::Float32, 84, 14));
             }
             (size_of::<Instance>() as u64, PerInstance, attributes)
         };
@@ -421,16 +434,19 @@ impl VertexBuffers {
                     Slot::BaseUv => single(Float32x2, 4),
                     Slot::SecondUv => single(Float32x2, 5),
                 })
-                .chain([instances(variant.node_normals())])
+                .chain([instances(variant.node_normals(), variant.shadows.masked)])
                 .collect(),
-            Program::Edges { .. } => vec![single(Float32x3, 0), instances(false)],
+            Program::Edges { .. } => vec![single(Float32x3, 0), instances(false, false)],
             Program::Normals { .. } => {
-                vec![(24, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x3, 12, 1)]), instances(true)]
+                vec![
+                    (24, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x3, 12, 1)]),
+                    instances(true, false),
+                ]
             }
             Program::Shape { .. } => {
                 vec![(28, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x4, 12, 2)])]
             }
-            Program::Background { .. } | Program::Sky | Program::Present { .. } => Vec::new(),
+            _ => Vec::new(),
         })
     }
 

@@ -12,6 +12,7 @@ mod file;
 mod frames;
 mod materials;
 mod mesh;
+mod shadow;
 mod texture;
 mod types;
 mod weld;
@@ -19,8 +20,9 @@ mod weld;
 pub use build::{BuildOptions, Built, build, object_nodes};
 pub use environment::*;
 pub use file::{
-    AssetEntry, BackgroundEntry, EnvironmentEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError,
-    SceneSyntaxError,
+    AssetEntry, BackgroundEntry, EnvironmentEntry, LightEntry, MemberEntry, NodeEntry, SCENE_EXTENSION, SceneFile,
+    SceneFileError, SceneSyntaxError, ShadowEntry, ShadowsEntry,
 };
+pub use shadow::*;
 pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureSource, load_texture};
 pub use types::*;

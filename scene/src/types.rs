@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-use crate::{Environment, ToneMap};
+use crate::{Environment, Shadows, ToneMap};
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -69,6 +69,8 @@ pub struct Scene {
     pub tone_map: ToneMap,
     /// Animation over time, if any mesh or node moves.
     pub animation: Option<Animation>,
+    /// Shadows, if there are any.
+    pub shadows: Option<Shadows>,
 }
 
 /// The axis that points up.
