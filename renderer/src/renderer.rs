@@ -149,7 +149,7 @@ impl Renderer {
         check_size(&self.gpu, view.width, view.height)?;
         let options = RenderOptions {
             msaa: crate::Msaa::X1,
-            background: Some(aam_scene::Background::Color(glam::Vec3::ONE)),
+            background: Some(Background::Color(glam::Vec3::ONE)),
             show: Show::Shadow(source),
             overlays: crate::Overlays::default(),
             ..options.clone()

@@ -1,14 +1,16 @@
 //! The techniques, one module each.
 
 mod antialiasing;
+mod environment;
 
 pub use antialiasing::Antialiasing;
+pub use environment::Environment;
 
 use crate::Technique;
 
 /// All techniques, by name.
 pub fn techniques() -> Vec<Box<dyn Technique>> {
-    vec![Box::new(Antialiasing)]
+    vec![Box::new(Antialiasing), Box::new(Environment)]
 }
 
 /// A technique by its name.

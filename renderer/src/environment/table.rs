@@ -120,7 +120,7 @@ impl EnvironmentTable {
         picture: u64,
     ) -> Result<Ready, RenderError> {
         let decode = shading == Shading::Linear && !environment.map.is_linear();
-        let mut find = |table: &mut Self, uploader: &mut Uploader<'_>, key| {
+        let find = |table: &mut Self, uploader: &mut Uploader<'_>, key| {
             table.part(uploader, &environment.map, decode, key, picture)
         };
         let natural = natural_side(&environment.map);
