@@ -145,6 +145,12 @@ pub(crate) fn number(text: &str) -> Result<f32, String> {
     between(text, f32::MIN, f32::MAX, "a number")
 }
 
+/// Exposure in stops.
+pub(crate) fn exposure(text: &str) -> Result<f32, String> {
+    let most = aam_scene::MAX_EXPOSURE;
+    between(text, -most, most, &format!("stops, from -{most} to {most}"))
+}
+
 /// A finite number not below 0.
 pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
     between(text, 0.0, f32::MAX, "a number not below 0")
@@ -262,6 +268,7 @@ mod tests {
         assert_eq!(number("-1.5"), Ok(-1.5));
         assert!(number("nan").is_err() && number("inf").is_err() && number("1e99").is_err());
         assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-0.1").is_err());
+        assert!(exposure("-1.5").is_ok() && exposure("33").is_err() && exposure("nan").is_err());
         assert!(fraction("1.1").is_err() && field_of_view("180").is_err() && frames_per_second("0").is_err());
     }
 

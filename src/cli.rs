@@ -272,7 +272,9 @@ Examples:
   aam render model.aam -o - > picture.png
   aam render moon.aam -o moon.png --displacement adaptive --pixel-error 0.5
   aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows
-  aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4";
+  aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4
+  aam render model.glb -o model.png --environment sky.hdr --exposure -1 --tone-map aces
+  aam render model.aam -o model.png --environment 'sky_{face}.png'     six faces: sky_right.png … or sky_px.png …";
 
 #[derive(Debug, Args)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -307,6 +309,8 @@ pub(crate) struct RenderArgs {
     /// Compute on colours as stored, or in linear light; without it as the file's kind asks
     #[arg(long, value_name = "MODE")]
     pub(crate) shading: Option<Shading>,
+    #[command(flatten)]
+    pub(crate) environment: EnvironmentArgs,
     /// Draw on the GPU, or by ray tracing on the CPU; without it the GPU if there is one
     #[arg(long, value_name = "ENGINE")]
     pub(crate) engine: Option<Engine>,
@@ -322,6 +326,9 @@ pub(crate) struct RenderArgs {
     /// Shadow rays to each light that has a size, for each sample (reference engine)
     #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub(crate) light_samples: u32,
+    /// Directions in which each sample looks at an environment, for diffuse and specular light each (reference engine)
+    #[arg(long, value_name = "N", default_value = "64", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) environment_samples: u32,
     /// Light that surfaces give on to each other, so many times, in linear light and with shadows (reference engine)
     #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub(crate) bounces: u32,
@@ -342,6 +349,64 @@ pub(crate) struct RenderArgs {
     pub(crate) time: bool,
     #[command(flatten)]
     pub(crate) read: ReadArgs,
+}
+
+/// Light from all around, and how light is shown.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct EnvironmentArgs {
+    /// Light from all around, instead of lights: a panorama, the cross of a cube, or six files such as 'sky_{face}.png'
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) environment: Option<PathBuf>,
+    /// What the environment lights; with none it is only seen, and lights shine
+    #[arg(long, value_name = "WHICH")]
+    pub(crate) environment_light: Option<EnvironmentLight>,
+    /// How sharply surfaces reflect it; without it mirror for source shading and phong for linear
+    #[arg(long, value_name = "FILTER")]
+    pub(crate) environment_filter: Option<ReflectionFilter>,
+    /// Turn it about the up axis, counter-clockwise seen from above
+    #[arg(long, value_name = "DEGREES", value_parser = args::number, allow_hyphen_values = true)]
+    pub(crate) environment_rotation: Option<f32>,
+    /// Factor for its light
+    #[arg(long, value_name = "F", value_parser = args::not_negative)]
+    pub(crate) environment_intensity: Option<f32>,
+    /// Show light brighter by so many stops: 1 is twice as bright, -1 half
+    #[arg(long, value_name = "STOPS", value_parser = args::exposure, allow_hyphen_values = true)]
+    pub(crate) exposure: Option<f32>,
+    /// How light beyond white is shown; without it clamp
+    #[arg(long, value_name = "CURVE")]
+    pub(crate) tone_map: Option<ToneMapping>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EnvironmentLight {
+    /// Diffuse and specular terms
+    Both,
+    /// Diffuse terms only
+    Diffuse,
+    /// Specular terms only
+    Specular,
+    /// Nothing
+    None,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ReflectionFilter {
+    /// Whatever the exponent, as VR3Lib did
+    Mirror,
+    /// By the lobe of the material's exponent
+    Phong,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ToneMapping {
+    /// Cut at 1, as VR3Lib did
+    Clamp,
+    /// c / (1 + c)
+    Reinhard,
+    /// Like film
+    Aces,
+    /// Khronos PBR Neutral
+    Neutral,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -3,6 +3,7 @@
 mod args;
 mod camera;
 mod cli;
+mod environment;
 mod failure;
 mod human;
 mod logger;

@@ -18,4 +18,4 @@ pub use load::load;
 pub use picture::save_png;
 pub use study::{Row, Study, Subject};
 pub use technique::{Limits, Technique, Variant};
-pub use techniques::{Antialiasing, displacement, technique, techniques};
+pub use techniques::{Antialiasing, Environment, displacement, technique, techniques};

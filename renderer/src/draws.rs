@@ -9,6 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, DMat3, Mat3, Vec3};
 
 use crate::displacement::{DisplacementTable, Needs, Relief, SurfaceKey};
+use crate::environment::EnvironmentTerms;
 use crate::materials::{GpuMaterial, MaterialSlot, MaterialTable, opacity};
 use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
@@ -154,6 +155,8 @@ pub(crate) struct Mode {
     pub linear: bool,
     /// Some light has a direction.
     pub lit: bool,
+    /// An environment lights instead.
+    pub environment: Option<EnvironmentTerms>,
     /// Some light weakens with distance.
     pub falloff: bool,
     /// Sum of the lights' ambient colours.
@@ -305,6 +308,12 @@ pub(crate) fn prepare(
     Ok(list)
 }
 
+/// Whether any surface is lit by an environment.
+pub(crate) fn is_lit_by_environment(list: &DrawList) -> bool {
+    let lit = |batch: &Batch| matches!(batch.variant.surface, Surface::Environment { .. });
+    list.opaque.iter().chain(&list.blended).any(lit)
+}
+
 fn triangles(subset: &Subset) -> Range<u32> {
     subset.first_index..subset.first_index + subset.index_count / 3 * 3
 }
@@ -405,6 +414,9 @@ fn resolve(
                 Surface::ShowShadow
             } else if light_map.is_some() {
                 Surface::LightMapped
+            } else if let Some(terms) = mode.environment {
+                let reflects = terms.diffuse > 0 && parameters.diffuse != Vec3::ZERO || terms.specular > 0 && specular;
+                if reflects { Surface::Environment { normal } } else { Surface::Flat }
             } else if mode.lit && (specular || parameters.diffuse != Vec3::ZERO) {
                 Surface::Lit { normal, specular, falloff: mode.falloff }
             } else {
@@ -429,7 +441,7 @@ fn resolve(
             let base = diffuse_map.map(|found| (found, color_meaning, Layer::Diffuse));
             let second = match surface {
                 Surface::LightMapped => light_map.map(|found| (found, color_meaning, Layer::LightMap)),
-                Surface::Lit { .. } => normal_texture,
+                Surface::Lit { .. } | Surface::Environment { .. } => normal_texture,
                 _ => None,
             };
             (variant, base, second)

@@ -25,6 +25,8 @@ pub(crate) struct Frame {
     pub backdrop: Backdrop,
     pub format: PassFormat,
     pub constants: Constants,
+    /// Bind group 3 of surfaces that an environment lights.
+    pub environment: Option<wgpu::BindGroup>,
     /// Drawn into the target itself.
     pub direct: bool,
     /// Drawn in linear light.
@@ -226,6 +228,7 @@ impl Renderer {
             sorted_indices: self.sorted_indices.get(),
             format: frame.format,
             constants: frame.constants,
+            environment: frame.environment.as_ref(),
         };
         let mut recorder = Recorder::new(sources, stats);
         recorder.opaque(&mut pass);

@@ -9,6 +9,7 @@ mod camera;
 mod displacement;
 mod draws;
 mod encode;
+mod environment;
 mod error;
 mod frame;
 mod gpu;
@@ -32,6 +33,7 @@ mod textures;
 mod timing;
 mod upload;
 
+pub use environment::{DiffuseLight, EnvironmentDetail};
 pub use error::RenderError;
 pub use gpu::{AdapterSummary, Gpu, GpuError};
 pub use lights::MAX_LIGHTS;

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use aam_scene::{Background, DisplacementMode, Layer, Shading};
 use glam::Vec3;
 
+use crate::EnvironmentDetail;
+
 /// Samples a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Msaa {
@@ -120,6 +122,8 @@ pub struct RenderOptions {
     pub show: Show,
     /// Lines drawn over the picture.
     pub overlays: Overlays,
+    /// How finely the scene's environment is kept.
+    pub environment: EnvironmentDetail,
     /// Largest ratio of a texture's anisotropic filter, 1 (off, the default) to 16.
     pub anisotropy: u16,
     /// Draws shadow maps only where there is none from an earlier picture: for several pictures of one moment. Casters
@@ -138,6 +142,7 @@ impl Default for RenderOptions {
             displacement: DisplacementMode::default(),
             show: Show::default(),
             overlays: Overlays::default(),
+            environment: EnvironmentDetail::default(),
             anisotropy: 1,
             keep_shadow_maps: false,
             gpu_timing: true,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-use crate::Shadows;
+use crate::{Environment, Shadows, ToneMap};
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -59,8 +59,14 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// What is behind everything.
     pub background: Background,
+    /// Light from all around. Where it lights, it takes the place of the lights and of ambient colours.
+    pub environment: Option<Environment>,
     /// On which values lighting computes.
     pub shading: Shading,
+    /// Exposure in stops: surfaces and the sky box appear brighter by 2 to this power.
+    pub exposure: f32,
+    /// How light beyond white is shown.
+    pub tone_map: ToneMap,
     /// Animation over time, if any mesh or node moves.
     pub animation: Option<Animation>,
     /// Shadows, if there are any.
@@ -522,6 +528,8 @@ pub enum Background {
     Color(Vec3),
     /// A picture that fills the viewport.
     Picture(Arc<Image>),
+    /// The sky box: [`Scene::environment`], or the default colour where there is none.
+    Environment,
 }
 
 impl Default for Background {
@@ -599,6 +607,11 @@ impl Scene {
             shape: None,
         };
         (vec![head], true)
+    }
+
+    /// The environment that takes the place of lights, if there is one.
+    pub fn lighting_environment(&self) -> Option<&Environment> {
+        self.environment.as_ref().filter(|environment| environment.is_lit_by())
     }
 
     /// A perspective camera that sees everything, from the front, the right and a little above.

@@ -13,7 +13,7 @@ use crate::open::{self, OpenedScene};
 use crate::picture::{self, Destination};
 use crate::progress::Bar;
 use crate::terminal::Terminal;
-use crate::{args, camera, human};
+use crate::{args, camera, environment, human};
 
 /// Warnings about a file that are shown without `-v`.
 const SHOWN: usize = 5;
@@ -153,6 +153,7 @@ pub(crate) fn warning_text(finding: &aam::Finding) -> String {
 }
 
 fn apply(args: &RenderArgs, scene: &mut Scene, terminal: &Terminal) -> Result<(), Failure> {
+    environment::apply(&args.environment, scene, &args.read.limits.limits(), terminal)?;
     match args.background {
         Some(args::Background::Transparent) => scene.background = Background::Transparent,
         Some(args::Background::Color(color)) => scene.background = Background::Color(color),
@@ -171,6 +172,7 @@ fn apply(args: &RenderArgs, scene: &mut Scene, terminal: &Terminal) -> Result<()
         terminal.note("shaded in linear light, for --bounces needs that");
         scene.shading = Shading::Linear;
     }
+    environment::tell(&args.environment, scene, terminal);
     Ok(())
 }
 
@@ -259,6 +261,7 @@ impl Drawer {
                         LightSize::Area => aam_reference::LightSize::Area,
                     }),
                     light_samples: args.light_samples,
+                    environment_samples: args.environment_samples,
                     bounces: args.bounces,
                     displacement: displacement_mode(args),
                     progress: args.turntable.is_none().then_some(&told),

@@ -60,6 +60,8 @@ struct Edited {
     lights: bool,
     background: bool,
     shading: bool,
+    environment: bool,
+    display: bool,
     visibility: bool,
 }
 
@@ -217,6 +219,15 @@ impl Model {
         }
         if self.edited.shading {
             opened.scene.shading = before.scene.shading;
+        }
+        if self.edited.display {
+            (opened.scene.exposure, opened.scene.tone_map) = (before.scene.exposure, before.scene.tone_map);
+        }
+        if let (true, Some(new), Some(edited)) =
+            (self.edited.environment, &mut opened.scene.environment, &before.scene.environment)
+        {
+            // The picture may be another one.
+            *new = aam_scene::Environment { map: Arc::clone(&new.map), ..edited.clone() };
         }
         let same_name = |scene: &Scene, name: &str| scene.nodes.iter().position(|node| node.name == name);
         if self.edited.visibility {
@@ -378,6 +389,24 @@ impl Model {
         if let Some(opened) = &mut self.opened {
             opened.scene.shading = shading;
             self.edited.shading = true;
+            self.touched();
+        }
+    }
+
+    /// The user changed the light from all around.
+    pub(crate) fn set_environment(&mut self, environment: aam_scene::Environment) {
+        if let Some(opened) = &mut self.opened {
+            opened.scene.environment = Some(environment);
+            self.edited.environment = true;
+            self.touched();
+        }
+    }
+
+    /// The user changed how light is shown.
+    pub(crate) fn set_display(&mut self, exposure: f32, tone_map: aam_scene::ToneMap) {
+        if let Some(opened) = &mut self.opened {
+            (opened.scene.exposure, opened.scene.tone_map) = (exposure, tone_map);
+            self.edited.display = true;
             self.touched();
         }
     }

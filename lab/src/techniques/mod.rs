@@ -2,14 +2,16 @@
 
 mod antialiasing;
 pub mod displacement;
+mod environment;
 
 pub use antialiasing::Antialiasing;
+pub use environment::Environment;
 
 use crate::Technique;
 
 /// All techniques, by name.
 pub fn techniques() -> Vec<Box<dyn Technique>> {
-    vec![Box::new(Antialiasing)]
+    vec![Box::new(Antialiasing), Box::new(Environment)]
 }
 
 /// A technique by its name.

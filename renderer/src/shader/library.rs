@@ -18,6 +18,7 @@ const FILES: &[(&str, &str)] = files![
     "background",
     "color",
     "displace",
+    "environment",
     "frame",
     "fullscreen",
     "heights",
@@ -39,8 +40,10 @@ const FILES: &[(&str, &str)] = files![
     "shadow_running_blur",
     "shadow_volume",
     "shadow_warp",
+    "sky",
     "surface",
     "tessellation",
+    "tone_map",
 ];
 
 /// A shader program: a root file and the features that hold.
@@ -70,6 +73,8 @@ pub(crate) enum Program {
     Mask,
     /// A background picture.
     Background { encode: bool },
+    /// The environment as background.
+    Sky,
     /// The last pass, into a target that could not be drawn to directly.
     Present { encode: bool, decode: bool, premultiply: bool },
 }
@@ -87,6 +92,7 @@ impl Program {
             Self::Extrude => "shadow_extrude",
             Self::Mask => "shadow_mask",
             Self::Background { .. } => "background",
+            Self::Sky => "sky",
             Self::Present { .. } => "present",
         }
     }
@@ -111,6 +117,7 @@ impl Program {
             Self::Extrude => vec![("NODE_NORMALS", false), ("RECEIVERS", false)],
             Self::Blur | Self::Mask => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
+            Self::Sky => Vec::new(),
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
             }
@@ -139,6 +146,7 @@ fn all_programs() -> Vec<Program> {
     programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
     programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
+    programs.push(Program::Sky);
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
             encode,
@@ -203,13 +211,13 @@ mod tests {
         let programs = all_programs();
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
-        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
-        // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
+        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); 3 lit by an environment; light-mapped; flat. Each with 2
+        // (diffuse map) × 3 (vertex colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
         // Relief with each lit or textured surface.
-        let relief = (3 * 2 * 2 + 1) * 2 + 1;
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 3 + 2 + 6);
+        let relief = (3 * 2 * 2 + 3 + 1) * 2 + 1;
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 3 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 3 + 2 + 1 + 6);
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod conventions;
 mod corpus;
 mod costs;
 mod displacement;
+mod environment;
 mod layers;
 mod lighting;
 mod overlays;

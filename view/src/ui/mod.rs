@@ -1,5 +1,6 @@
 //! The panels around the picture, and what the pointer does on it.
 
+mod environment;
 mod help;
 mod icons;
 mod inspector;
@@ -113,6 +114,12 @@ impl Panels {
             if lights::show(ui, &mut lights, &model.eye.camera(), size) {
                 model.set_lights(lights);
             }
+            if let Some(mut environment) = model.opened.as_ref().and_then(|opened| opened.scene.environment.clone()) {
+                separated_heading(ui, "Environment");
+                if environment::show(ui, &mut environment) {
+                    model.set_environment(environment);
+                }
+            }
             separated_heading(ui, "Scene");
             scene_settings(ui, model);
             let warnings = model.opened.as_ref().map_or(&[][..], |opened| &opened.warnings);
@@ -202,7 +209,8 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
     let Some(opened) = &model.opened else { return };
     let mut background = opened.scene.background.clone();
     let mut shading = opened.scene.shading;
-    let mut changed = false;
+    let mut display = (opened.scene.exposure, opened.scene.tone_map);
+    let (mut changed, mut display_changed) = (false, false);
     egui::Grid::new("scene").num_columns(2).spacing([14.0, 5.0]).show(ui, |ui| {
         ui.label("Background");
         ui.horizontal(|ui| {
@@ -216,6 +224,11 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
                 background = Background::default();
                 changed = true;
             }
+            let sky = background != Background::Environment && opened.scene.environment.is_some();
+            if sky && ui.button("Environment").clicked() {
+                background = Background::Environment;
+                changed = true;
+            }
         });
         ui.end_row();
         ui.label("Shading");
@@ -224,6 +237,7 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
             ui.selectable_value(&mut shading, Shading::Linear, "linear").on_hover_text("In linear light");
         });
         ui.end_row();
+        display_changed = environment::display_rows(ui, &mut display.0, &mut display.1);
     });
     if changed {
         model.set_background(background);
@@ -231,6 +245,9 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
     displacement_settings(ui, model);
     if model.opened.as_ref().is_some_and(|opened| opened.scene.shading != shading) {
         model.set_shading(shading);
+    }
+    if display_changed {
+        model.set_display(display.0, display.1);
     }
 }
 
