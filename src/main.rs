@@ -3,6 +3,7 @@
 mod args;
 mod camera;
 mod cli;
+mod demo;
 mod failure;
 mod human;
 mod logger;
@@ -11,6 +12,7 @@ mod outlines;
 mod panic;
 mod picture;
 mod progress;
+mod shadows;
 mod terminal;
 mod verb;
 

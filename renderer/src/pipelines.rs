@@ -6,6 +6,7 @@ use std::collections::hash_map::Entry;
 use crate::draws::Instance;
 use crate::lights::LightEnds;
 use crate::shader::{Program, Surface, Variant, source};
+use crate::shadows::MapKind;
 use crate::{Gpu, RenderError};
 
 /// Format of depth buffers.
@@ -98,6 +99,8 @@ pub(crate) struct Pipelines {
     material_layouts: [Option<wgpu::BindGroupLayout>; 4],
     picture_layout: Option<wgpu::BindGroupLayout>,
     texel_layout: Option<wgpu::BindGroupLayout>,
+    /// Of depth, of moments.
+    map_layouts: [Option<wgpu::BindGroupLayout>; 2],
 }
 
 impl Pipelines {
@@ -115,6 +118,7 @@ impl Pipelines {
             material_layouts: Default::default(),
             picture_layout: None,
             texel_layout: None,
+            map_layouts: Default::default(),
         }
     }
 
@@ -161,6 +165,24 @@ impl Pipelines {
         })
     }
 
+    /// Layout of a shadow map that is shown.
+    pub(crate) fn map_layout(&mut self, gpu: &Gpu, kind: MapKind) -> &wgpu::BindGroupLayout {
+        self.map_layouts[usize::from(!kind.is_depth())].get_or_insert_with(|| {
+            let sample_type = if kind.is_depth() {
+                wgpu::TextureSampleType::Depth
+            } else {
+                wgpu::TextureSampleType::Float { filterable: false }
+            };
+            let map = wgpu::BindingType::Texture {
+                sample_type,
+                view_dimension: wgpu::TextureViewDimension::D2Array,
+                multisampled: false,
+            };
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "shown shadow map", &[entry(0, UNIFORM), entry(1, map)])
+        })
+    }
+
     /// Makes sure that a pipeline is built.
     pub(crate) fn ensure(
         &mut self,
@@ -204,6 +226,7 @@ impl Pipelines {
         let groups: Vec<wgpu::BindGroupLayout> = match key.program {
             Program::Background { .. } => vec![self.picture_layout(gpu).clone()],
             Program::Present { .. } => vec![self.texel_layout(gpu).clone()],
+            Program::ShadowMap(kind) => vec![self.map_layout(gpu, kind).clone()],
             _ => {
                 let material = material_maps.map(|maps| self.material_layout(gpu, maps).clone());
                 let shadows =

@@ -27,6 +27,7 @@ const FILES: &[(&str, &str)] = files![
     "shadow_blur",
     "shadow_caster",
     "shadow_compare",
+    "shadow_map",
     "shadow_moments",
     "shadow_warp",
     "surface",
@@ -47,6 +48,8 @@ pub(crate) enum Program {
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
     Blur,
+    /// A shadow map as a picture.
+    ShadowMap(shadows::MapKind),
     /// A background picture.
     Background { encode: bool },
     /// The last pass, into a target that could not be drawn to directly.
@@ -60,6 +63,7 @@ impl Program {
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
+            Self::ShadowMap(_) => "shadow_map",
             Self::Background { .. } => "background",
             Self::Present { .. } => "present",
         }
@@ -76,6 +80,7 @@ impl Program {
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
             Self::Caster(caster) => caster.features(),
             Self::Blur => Vec::new(),
+            Self::ShadowMap(kind) => kind.features(),
             Self::Background { encode } => vec![("ENCODE", encode)],
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
@@ -101,6 +106,7 @@ fn all_programs() -> Vec<Program> {
     }
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
     programs.push(Program::Blur);
+    programs.extend(shadows::MapKind::all().into_iter().map(Program::ShadowMap));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
@@ -170,7 +176,7 @@ mod tests {
         // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
         assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 1 + 2 + 6);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 1 + 6 + 2 + 6);
     }
 
     #[test]

@@ -26,7 +26,7 @@ fn model(next: &Arc<Mutex<Result<Scene, String>>>) -> (Model, Arc<AtomicBool>) {
     let (next, saved) = (Arc::clone(next), Arc::new(AtomicBool::new(false)));
     let flag = Arc::clone(&saved);
     let options = Options {
-        file: Some("model.aam".into()),
+        files: vec!["model.aam".into()],
         size: [100, 100],
         msaa: Msaa::X1,
         opener: Arc::new(move |_, _| {
