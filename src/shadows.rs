@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use aam_reference::LightSize;
 use aam_renderer::Show;
-use aam_scene::{Scene, ShadowFilter, ShadowLayout, ShadowParameter, ShadowSettings, ShadowTechnique, Shadows};
+use aam_scene::{Scene, ShadowFilter, ShadowLayout, ShadowParameter, ShadowSettings, ShadowTechnique, Shadows, View};
 
 use crate::args::{ShadowChoice, ShowArg};
 use crate::failure::Failure;
@@ -46,6 +46,22 @@ pub(crate) fn traced(choice: Option<ShadowChoice>, scene: &Scene, bounces: bool)
                 .help("use --shadows=area or --shadows=point, or draw with --engine gpu"))
         }
     }
+}
+
+/// Where the shadows of a scene do not hold as they are set: all of it, or only what is not in the file's volumes.
+pub(crate) fn limits(scene: &Scene, view: &View, all: bool) -> Vec<String> {
+    let Some(shadows) = &scene.shadows else { return Vec::new() };
+    let mut found = Vec::new();
+    for (index, source) in shadows.sources.iter().enumerate().filter(|(_, source)| source.enabled) {
+        let name = if source.name.is_empty() { (index + 1).to_string() } else { format!("{:?}", source.name) };
+        let reasons = if all {
+            aam_renderer::shadow_limits(scene, view, index).iter().map(|limit| limit.reason().to_owned()).collect()
+        } else {
+            Vec::from_iter(shadows.cut_casters(scene, source))
+        };
+        found.extend(reasons.into_iter().map(|reason| format!("shadow {name}: {reason}")));
+    }
+    found
 }
 
 /// What of the scene is drawn, on the GPU.

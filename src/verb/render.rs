@@ -7,7 +7,7 @@ use aam_convert::Progress;
 use aam_renderer::{Gpu, GpuError, Msaa, RenderOptions, Renderer, Show};
 use aam_scene::{Background, Camera, Image, Scene, Shading, View};
 
-use crate::args::ShowArg;
+use crate::args::{ShowArg, Size};
 use crate::cli::{Engine, RenderArgs, Shading as ShadingArg};
 use crate::failure::Failure;
 use crate::open::{self, OpenedScene};
@@ -61,6 +61,11 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<ExitCode, Fa
         }
     }
     let base = camera::choose(args, &scene, opened.camera.as_ref())?;
+    if let Drawer::Gpu { .. } = engine {
+        let Size { width, height } = args.size;
+        let view = View { camera: base.clone(), width, height, frame: args.frame };
+        shadows::limits(&scene, &view, terminal.verbose()).into_iter().for_each(|limit| terminal.note(limit));
+    }
     let pictures = args.turntable.unwrap_or(1);
     let mut bytes = 0;
     for number in 0..pictures {
