@@ -70,7 +70,15 @@ pub(crate) fn show(what: &ShowArg, scene: &Scene) -> Result<Show, Failure> {
         ShowArg::Lit => Show::Lit,
         ShowArg::Normals => Show::Normals,
         ShowArg::Shadow(name) => Show::Shadow(source(scene, name.as_deref())?),
-        ShowArg::Depth(name) => Show::ShadowMap(source(scene, name.as_deref())?),
+        ShowArg::Depth(name) => {
+            let index = source(scene, name.as_deref())?;
+            let technique = scene.shadows.as_ref().map(|shadows| shadows.sources[index].settings.technique);
+            if technique.is_some_and(|technique| technique.filter == ShadowFilter::Volume) {
+                return Err(Failure::new("shadow volumes have no map")
+                    .help("name a technique that has one, such as --shadows=pcf"));
+            }
+            Show::ShadowMap(index)
+        }
     })
 }
 

@@ -91,9 +91,7 @@ fn is_even(truth: &[Option<bool>], pixel: usize, reach: i64) -> bool {
     (-reach..=reach).all(|dy| {
         (-reach..=reach).all(|dx| {
             let (x, y) = (x + dx, y + dy);
-            (0..side).contains(&x)
-                && (0..side).contains(&y)
-                && truth.get((y * side + x) as usize) == truth.get(pixel)
+            (0..side).contains(&x) && (0..side).contains(&y) && truth.get((y * side + x) as usize) == truth.get(pixel)
         })
     })
 }
@@ -221,11 +219,14 @@ fn r103_the_map_is_shown_as_grey_and_near_is_light() -> Result<()> {
             tracer.nearest(origin, way).map(|distance| distance * way.dot(forward))
         })
         .collect();
-    for settings in ["hard:resolution=256", "evsm4:resolution=256,radius=1,metric=planar", "vsm:resolution=256,radius=1,metric=planar"] {
+    for settings in [
+        "hard:resolution=256",
+        "evsm4:resolution=256,radius=1,metric=planar",
+        "vsm:resolution=256,radius=1,metric=planar",
+    ] {
         scene.shadows.as_mut().expect("shadows").sources[0].settings = settings.parse()?;
         let grey = lit(&scene, Show::ShadowMap(0))?;
-        let expected =
-            |depth: f32| 255.0 * (1.0 - ((depth - light.near) / (light.far - light.near)).clamp(0.0, 1.0));
+        let expected = |depth: f32| 255.0 * (1.0 - ((depth - light.near) / (light.far - light.near)).clamp(0.0, 1.0));
         let wrong = depths.iter().enumerate().filter(|(pixel, depth)| {
             let shown = f32::from(grey[4 * pixel]);
             // Where the light sees nothing the map is as if it were far.

@@ -3,10 +3,10 @@
 use aam_scene::{Camera, Projection, Scene, ShadowFilter, ShadowLayout, View};
 use bytemuck::{Pod, Zeroable};
 
-use super::ShadowTable;
 use super::casters::instance_boxes;
 use super::fit::{MapView, Placement, Surroundings, place};
 use super::uniform::Warp;
+use super::{ShadowTable, is_mapped};
 use crate::RenderError;
 use crate::draws;
 use crate::materials::bind;
@@ -136,6 +136,9 @@ impl ShadowTable {
         uploader: &mut Uploader<'_>,
     ) -> Result<Option<ShownMap>, RenderError> {
         let Some(map) = self.maps.get(slot).and_then(Option::as_ref) else { return Ok(None) };
+        if !is_mapped(settings.technique.filter) {
+            return Ok(None);
+        }
         let Some(placement) = &map.placement else { return Ok(None) };
         let Some(view) = placement.views.first() else { return Ok(None) };
         let gpu = uploader.gpu;

@@ -3,9 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use aam_scene::{
-    LightKind, Material, Members, Node, ShadowSettings, ShadowSource, Shadows, TextureId, TextureLayer,
-};
+use aam_scene::{LightKind, Material, Members, Node, ShadowSettings, ShadowSource, Shadows, TextureId, TextureLayer};
 use glam::{Mat3, Vec3};
 
 use super::*;
@@ -108,7 +106,11 @@ fn shadows_are_edited_shown_and_saved() {
     model.reload();
     settle(&mut model);
     assert_eq!(names(&model), ["a Some(0)", "c Some(1)"]);
-    assert_eq!(model.shadows().expect("shadows").casters, Members::Only(vec![NodeId(0)]), "b casts where it now stands");
+    assert_eq!(
+        model.shadows().expect("shadows").casters,
+        Members::Only(vec![NodeId(0)]),
+        "b casts where it now stands"
+    );
     model.act(Action::Save);
     assert!(saved.load(Ordering::SeqCst));
 }
