@@ -138,7 +138,7 @@ fn r102_casters_outside_of_the_lights_volume_are_counted() -> Result<()> {
 fn r101_what_lies_outside_of_the_lights_volume_is_lit() -> Result<()> {
     let mut renderer = renderer()?;
     for (name, half, height, share) in
-        [("demo-torus", 2.0, 0.1, 0.26), ("demo-spheres", 2.25, 0.1125, 0.35), ("demo-teapot", 2.0, 0.1, 0.26)]
+        [("demo-torus", 2.0, 0.1, 0.26), ("demo-spheres", 2.25, 0.1125, 0.343), ("demo-teapot", 2.0, 0.1, 0.26)]
     {
         let (scene, view) = scene(name)?;
         let steps = 400;
@@ -226,14 +226,21 @@ fn r103_the_map_is_shown_as_grey_and_near_is_light() -> Result<()> {
     ] {
         scene.shadows.as_mut().expect("shadows").sources[0].settings = settings.parse()?;
         let grey = lit(&scene, Show::ShadowMap(0))?;
-        let expected = |depth: f32| 255.0 * (1.0 - ((depth - light.near) / (light.far - light.near)).clamp(0.0, 1.0));
-        let wrong = depths.iter().enumerate().filter(|(pixel, depth)| {
-            let shown = f32::from(grey[4 * pixel]);
-            // Where the light sees nothing the map is as if it were far.
-            (shown - expected(depth.unwrap_or(light.far))).abs() > 3.0
+        // Where the light sees nothing the map is as if it were far.
+        let expected = |pixel: usize| {
+            let depth = depths[pixel].unwrap_or(light.far);
+            255.0 * (1.0 - ((depth - light.near) / (light.far - light.near)).clamp(0.0, 1.0))
+        };
+        let side = SIDE as usize;
+        let inner = (1..side - 1).flat_map(|y| (1..side - 1).map(move |x| y * side + x));
+        // Away from outlines, which the blur mixes.
+        let even = inner.filter(|pixel| {
+            let around = [pixel - side - 1, pixel - side + 1, pixel + side - 1, pixel + side + 1];
+            around.into_iter().all(|other| (expected(other) - expected(*pixel)).abs() < 8.0)
         });
-        let share = wrong.count() as f32 / depths.len() as f32;
-        assert!(share < 0.02, "{settings}: {share} of the pixels are wrong");
+        let is_wrong = |pixel: &usize| (f32::from(grey[4 * pixel]) - expected(*pixel)).abs() > 3.0;
+        let (wrong, right): (Vec<usize>, Vec<usize>) = even.partition(is_wrong);
+        assert!(right.len() > 40_000 && wrong.len() < 100, "{settings}: {} of {}", wrong.len(), right.len());
         assert!(grey.chunks_exact(4).all(|pixel| pixel[0] == pixel[1] && pixel[1] == pixel[2] && pixel[3] == 255));
     }
     let shadowed = lit(&scene, Show::Lit)?;
@@ -269,7 +276,8 @@ fn r104_bias_too_small_and_too_large() -> Result<()> {
     assert!(acne < 0.002 && panning < 0.01, "the usual bias: {acne} {panning}");
     let (acne, _) = faults("hard:resolution=512,slope_bias=0,faces=back")?;
     assert!(acne < 0.002, "back faces: {acne}");
-    let (_, panning) = faults("hard:resolution=512,bias=0.4")?;
+    // More than there is between the torus' upper side and the base along the light.
+    let (_, panning) = faults("hard:resolution=512,bias=1.2")?;
     assert!(panning > 0.1, "the shadow leaves its caster: {panning}");
     Ok(())
 }

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use super::casters::instance_boxes;
 use super::fit::{MapView, Placement, Surroundings, place};
 use super::uniform::Warp;
-use super::{ShadowTable, is_mapped};
+use super::ShadowTable;
 use crate::RenderError;
 use crate::draws;
 use crate::materials::bind;
@@ -136,7 +136,7 @@ impl ShadowTable {
         uploader: &mut Uploader<'_>,
     ) -> Result<Option<ShownMap>, RenderError> {
         let Some(map) = self.maps.get(slot).and_then(Option::as_ref) else { return Ok(None) };
-        if !is_mapped(settings.technique.filter) {
+        if settings.technique.filter == ShadowFilter::Volume {
             return Ok(None);
         }
         let Some(placement) = &map.placement else { return Ok(None) };

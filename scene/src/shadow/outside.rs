@@ -66,7 +66,7 @@ impl Shadows {
                 format!("{} outside of its volume and {cut} out of it", some(outside, "stands", "stand"))
             }
         };
-        Some(format!("{what}: their shadows are missing or cut; without a volume of its own it sees them all"))
+        Some(format!("{what}: there nothing casts and all is lit; without a volume of its own it sees them all"))
     }
 }
 
