@@ -7,7 +7,7 @@ use aam::{Limits, Severity};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, ValueHint};
 use glam::Vec3;
 
-use crate::args::{self, Background, CodeParser, Size, TextureFor};
+use crate::args::{self, Background, CodeParser, ShadowChoice, ShadowParser, ShowArg, Size, TextureFor};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -271,6 +271,8 @@ Examples:
   aam render model.aam -o '{n}.png' --turntable 36         00.png … 35.png
   aam render model.aam -o - > picture.png
   aam render moon.aam -o moon.png --displacement adaptive --pixel-error 0.5
+  aam render room.scene.toml -o room.png --shadows=evsm4:resolution=512,radius=5
+  aam render room.scene.toml -o map.png --shadows --show depth --size 512x512
   aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows
   aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4
   aam render model.glb -o model.png --environment sky.hdr --exposure -1 --tone-map aces
@@ -288,7 +290,8 @@ pub(crate) struct RenderArgs {
     /// Picture size in pixels
     #[arg(short, long, value_name = "WxH", default_value = "1280x720", value_parser = args::size)]
     pub(crate) size: Size,
-    /// Look from front, back, left, right, top, bottom or iso, or through a camera of the file by its name
+    /// Look from front, back, left, right, top, bottom or iso, through a camera of the file by its name, or from a shadow
+    /// source: light:NAME, or light for the first
     #[arg(long, value_name = "NAME", conflicts_with = "camera_position")]
     pub(crate) view: Option<String>,
     /// Where the camera stands, in world coordinates
@@ -311,6 +314,10 @@ pub(crate) struct RenderArgs {
     pub(crate) shading: Option<Shading>,
     #[command(flatten)]
     pub(crate) environment: EnvironmentArgs,
+    /// Draw lit, normals, or of a shadow source what it lets through (shadow:NAME) or its map, near is light (depth:NAME);
+    /// without :NAME of the first (GPU)
+    #[arg(long, value_name = "WHAT", default_value = "lit", value_parser = args::show)]
+    pub(crate) show: ShowArg,
     /// Draw on the GPU, or by ray tracing on the CPU; without it the GPU if there is one
     #[arg(long, value_name = "ENGINE")]
     pub(crate) engine: Option<Engine>,
@@ -320,9 +327,19 @@ pub(crate) struct RenderArgs {
     /// Samples for each pixel of the reference engine
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
-    /// Shadows of lights as large as the scene file says, or with =point hard ones (reference engine)
-    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, default_missing_value = "area")]
-    pub(crate) shadows: Option<LightSize>,
+    /// Shadows of every light where the file has no [[shadow]]: on the GPU by a technique such as evsm4:radius=5
+    /// (=help lists them), by the reference engine of lights as large as the file says (=area) or of points (=point);
+    /// =none leaves out those of the file
+    #[arg(
+        long,
+        value_name = "WHAT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "usual",
+        value_parser = ShadowParser,
+        hide_possible_values = true
+    )]
+    pub(crate) shadows: Option<ShadowChoice>,
     /// Shadow rays to each light that has a size, for each sample (reference engine)
     #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub(crate) light_samples: u32,
@@ -418,14 +435,6 @@ pub(crate) enum Shading {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum LightSize {
-    /// Every light is a point
-    Point,
-    /// Lights are as large as the scene file says
-    Area,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Displacement {
     /// The base mesh alone
     Off,
@@ -450,6 +459,8 @@ Examples:
   aam view model.aam
   aam view model.glb
   aam view room.scene.toml
+  aam view --demo                           how shadow mapping works, step by step, in three scenes
+  aam view a.scene.toml b.scene.toml        several files with the demo's keys: space goes to the next
 
 Drag to turn, shift-drag or middle-drag to move, wheel to come closer, F to fit, H for all keys.
 The window follows the file: save it elsewhere and the picture changes.";
@@ -459,7 +470,11 @@ The window follows the file: save it elsewhere and the picture changes.";
 pub(crate) struct ViewArgs {
     /// File to look at: .aam .gltf .glb .obj .stl .ply .scene.toml; without it drop one on the window
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) file: Option<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
+    /// Show the shadow-mapping demo: space goes to the next scene, L looks from the light, P and U pause and resume, R
+    /// starts again, arrows change the speed
+    #[arg(long, conflicts_with = "files")]
+    pub(crate) demo: bool,
     /// Window size in pixels
     #[arg(short, long, value_name = "WxH", default_value = "1280x800", value_parser = args::size)]
     pub(crate) size: Size,

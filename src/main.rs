@@ -3,6 +3,7 @@
 mod args;
 mod camera;
 mod cli;
+mod demo;
 mod environment;
 mod failure;
 mod human;
@@ -12,6 +13,7 @@ mod outlines;
 mod panic;
 mod picture;
 mod progress;
+mod shadows;
 mod terminal;
 mod verb;
 
@@ -25,7 +27,11 @@ use crate::terminal::Terminal;
 fn main() -> ExitCode {
     quiet_drivers();
     panic::install();
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| match error.to_string().strip_prefix("error: ") {
+        // Help on a value, which clap takes for an error's text.
+        Some(text) if error.kind() == clap::error::ErrorKind::DisplayHelp => help(text),
+        _ => error.exit(),
+    });
     logger::install(cli.global.verbose);
     let terminal = Terminal::new(&cli.global);
     let outcome = match &cli.verb {
@@ -46,6 +52,14 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Prints a text that was asked for, and ends.
+fn help(text: &str) -> ! {
+    use std::io::Write;
+    // Nobody reads on where this fails.
+    let _ = anstream::stdout().write_all(text.as_bytes());
+    std::process::exit(0)
 }
 
 /// Keeps Mesa's layer for choosing among GPUs from asking Wayland where no session runs: it would print an `error:` that is

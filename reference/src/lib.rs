@@ -146,7 +146,7 @@ fn draw<T: Copy + Default + Send>(
         }
         let shader = world.shader(options);
         let background = options.background.as_ref().unwrap_or(&scene.background);
-        let display = Display::new(scene);
+        let display = Display::new(&scene);
         let sky_display = (shown != Shown::Nothing).then_some(display);
         let backdrop = Backdrop::new(background, world.shading, world.sky.as_ref(), sky_display);
         let mut stats = world.stats(start.elapsed());

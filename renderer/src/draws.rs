@@ -207,7 +207,7 @@ pub(crate) fn prepare(
     uploader: &mut Uploader<'_>,
     warnings: &mut Vec<String>,
 ) -> Result<DrawList, RenderError> {
-    let mut list = place(scene, mode)?;
+    let mut list = place(scene, mode.animation_frame)?;
     let mut looks: HashMap<(u32, MeshTraits, [u32; 2]), Option<Look>> = HashMap::new();
     tables.displacements.begin();
     for drawn in list.meshes.clone() {
@@ -286,6 +286,7 @@ pub(crate) fn prepare(
             for (mirrored, instances) in halves.into_iter().filter(|(_, instances)| !instances.is_empty()) {
                 let batches = match mode.show {
                     Show::Shadow(_) if variant.alpha.blend => &mut list.unseen,
+                    Show::ShadowMap(_) => &mut list.unseen,
                     _ if variant.alpha.blend => &mut list.blended,
                     _ => &mut list.opaque,
                 };
@@ -319,13 +320,12 @@ fn triangles(subset: &Subset) -> Range<u32> {
 }
 
 /// World matrices of the visible nodes, grouped by mesh.
-fn place(scene: &Scene, mode: &Mode) -> Result<DrawList, RenderError> {
+/// Where everything visible stands at a frame of the animation.
+pub(crate) fn place(scene: &Scene, frame: usize) -> Result<DrawList, RenderError> {
     let mut locals: Vec<Affine3A> = scene.nodes.iter().map(|node| node.local).collect();
     for motion in scene.animation.iter().flat_map(|animation| &animation.nodes) {
         let last = motion.locals.len().saturating_sub(1);
-        if let (Some(local), Some(moved)) =
-            (locals.get_mut(motion.node.index()), motion.locals.get(mode.animation_frame.min(last)))
-        {
+        if let (Some(local), Some(moved)) = (locals.get_mut(motion.node.index()), motion.locals.get(frame.min(last))) {
             *local = *moved;
         }
     }
@@ -352,7 +352,7 @@ fn place(scene: &Scene, mode: &Mode) -> Result<DrawList, RenderError> {
         list.nodes.extend(plain.iter().chain(mirrored));
         list.meshes.push(DrawnMesh {
             mesh,
-            frame: mode.animation_frame.min(data.frames.len()),
+            frame: frame.min(data.frames.len()),
             instances: start..list.nodes.len() as u32,
             first_mirrored: start + plain.len() as u32,
         });
@@ -398,7 +398,7 @@ fn resolve(
     let normal_texture = normal_map.map(|found| (found, Meaning::Vectors, Layer::Normal));
 
     let (variant, base, second) = match mode.show {
-        Show::Lit | Show::Shadow(_) => {
+        Show::Lit | Show::Shadow(_) | Show::ShadowMap(_) => {
             let diffuse_map = find(Layer::Diffuse);
             let opacity = opacity(material);
             let test = material.alpha_cutoff.is_some();

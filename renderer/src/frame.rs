@@ -10,7 +10,7 @@ use crate::materials::bind;
 use crate::overlay::OverlayDraw;
 use crate::pipelines::{Constants, DEPTH_FORMAT, PassFormat, PipelineKey};
 use crate::shader::Program;
-use crate::shadows::{CasterSources, FrameShadows, SourceList};
+use crate::shadows::{CasterSources, FrameShadows, ShownMap, SourceList};
 use crate::targets::TargetKey;
 use crate::timing::{Stamps, Timing};
 use crate::{Alpha, FrameStats, RenderError, RenderOptions, Renderer, Target};
@@ -22,6 +22,8 @@ pub(crate) struct Frame {
     pub overlays: Vec<OverlayDraw>,
     pub sources: SourceList,
     pub shadows: FrameShadows,
+    /// A shadow map that is shown instead of the scene.
+    pub map: Option<ShownMap>,
     pub backdrop: Backdrop,
     pub format: PassFormat,
     pub constants: Constants,
@@ -206,6 +208,16 @@ impl Renderer {
         {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, group, &[]);
+            pass.draw(0..3, 0..1);
+            stats.draws += 1;
+            stats.triangles += 1;
+            stats.pipeline_switches += 1;
+        }
+        if let Some(map) = &frame.map
+            && let Some(pipeline) = self.pipelines.get(&map.pipeline)
+        {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &map.group, &[]);
             pass.draw(0..3, 0..1);
             stats.draws += 1;
             stats.triangles += 1;

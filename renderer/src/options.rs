@@ -52,6 +52,9 @@ pub enum Show {
     /// How much of its light a shadow source lets through, from black to white: the source at this position in
     /// [`aam_scene::Shadows::sources`].
     Shadow(usize),
+    /// The map of the shadow source at this position in [`aam_scene::Shadows::sources`], near the source light, far dark:
+    /// one square, or one for each cascade or face of a cube. Black where there is none.
+    ShadowMap(usize),
     /// Fractional part of a layer's texture coordinates, after the texture matrix, as red and green. Surfaces without
     /// them are dark grey.
     Uvs(Layer),

@@ -9,6 +9,7 @@ use crate::draws::Instance;
 use crate::environment::EnvironmentTerms;
 use crate::lights::LightEnds;
 use crate::shader::{Program, Surface, Variant, source};
+use crate::shadows::MapKind;
 use crate::{Gpu, RenderError};
 
 /// Format of depth buffers.
@@ -129,6 +130,8 @@ pub(crate) struct Pipelines {
     texel_layout: Option<wgpu::BindGroupLayout>,
     environment_layout: Option<wgpu::BindGroupLayout>,
     sky_layout: Option<wgpu::BindGroupLayout>,
+    /// Of depth, of moments.
+    map_layouts: [Option<wgpu::BindGroupLayout>; 2],
 }
 
 impl Pipelines {
@@ -148,6 +151,7 @@ impl Pipelines {
             texel_layout: None,
             environment_layout: None,
             sky_layout: None,
+            map_layouts: Default::default(),
         }
     }
 
@@ -214,6 +218,24 @@ impl Pipelines {
         })
     }
 
+    /// Layout of a shadow map that is shown.
+    pub(crate) fn map_layout(&mut self, gpu: &Gpu, kind: MapKind) -> &wgpu::BindGroupLayout {
+        self.map_layouts[usize::from(!kind.is_depth())].get_or_insert_with(|| {
+            let sample_type = if kind.is_depth() {
+                wgpu::TextureSampleType::Depth
+            } else {
+                wgpu::TextureSampleType::Float { filterable: false }
+            };
+            let map = wgpu::BindingType::Texture {
+                sample_type,
+                view_dimension: wgpu::TextureViewDimension::D2Array,
+                multisampled: false,
+            };
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "shown shadow map", &[entry(0, UNIFORM), entry(1, map)])
+        })
+    }
+
     /// Makes sure that a pipeline is built.
     pub(crate) fn ensure(
         &mut self,
@@ -261,6 +283,7 @@ impl Pipelines {
             Program::Background { .. } => vec![Some(self.picture_layout(gpu).clone())],
             Program::Sky => vec![Some(self.sky_layout(gpu).clone())],
             Program::Present { .. } => vec![Some(self.texel_layout(gpu).clone())],
+            Program::ShadowMap(kind) => vec![Some(self.map_layout(gpu, kind).clone())],
             _ => {
                 let material = material_maps.map(|maps| Some(self.material_layout(gpu, maps).clone()));
                 let shadows =

@@ -265,13 +265,13 @@ impl Renderer {
 
         let animation_frame = if view.frame >= 0.0 { view.frame as usize } else { 0 };
         let shown = match options.show {
-            Show::Shadow(source) => Some(source),
+            Show::Shadow(source) | Show::ShadowMap(source) => Some(source),
             _ => None,
         };
         let sources = match options.show {
             // An environment casts none.
             Show::Lit if lighting.is_some() => SourceList::default(),
-            Show::Lit | Show::Shadow(_) => {
+            Show::Lit | Show::Shadow(_) | Show::ShadowMap(_) => {
                 let filterable = is_filterable(&gpu);
                 SourceList::new(scene, &packed_lights.order, shown, filterable, &mut stats.warnings)
             }
@@ -312,7 +312,9 @@ impl Renderer {
         };
         let shadows = self.shadows.prepare(preparation, &mut self.pipelines, &mut uploader, &mut stats.warnings)?;
         stats.shadow_bytes = self.shadows.bytes();
-        let anything = !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty();
+        let shows_map = matches!(options.show, Show::ShadowMap(_));
+        let anything =
+            !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty() && !shows_map;
 
         let background = options.background.as_ref().unwrap_or(&scene.background);
         let direct = draws_directly(target, linear, backdrop::is_opaque(background, &mut self.textures));
@@ -339,24 +341,31 @@ impl Renderer {
         };
         let overlays =
             self.overlays.prepare(&options.overlays, scene, &list, &mut self.meshes, &mut uploader, format, linear)?;
-        if anything {
+        if anything || !shadows.is_empty() {
             self.frame_uniform.set(&mut uploader, bytemuck::bytes_of(&uniform))?;
             self.light_uniform.set(&mut uploader, bytemuck::bytes_of(&packed_lights.list))?;
             self.instances.set(&mut uploader, bytemuck::cast_slice(&list.instances))?;
             self.make_frame_group();
         }
+        let shown_slot = shown.and_then(|shown| sources.indices.iter().position(|index| *index == shown));
+        let map = match (shown_slot, &scene.shadows) {
+            (Some(slot), Some(all)) if shows_map => {
+                let settings = &all.sources[sources.indices[slot]].settings;
+                let size = [view.width, view.height];
+                self.shadows.show(slot, settings, size, format, &mut self.pipelines, &mut uploader)?
+            }
+            _ => None,
+        };
         let constants = Constants {
             lights: packed_lights.ends,
             parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
             environment: wanted.terms,
             tone_map: scene.tone_map,
             // Beyond the list's end where the source casts nothing: all is lit.
-            shown_source: shown
-                .and_then(|shown| sources.indices.iter().position(|index| *index == shown))
-                .map_or(u32::MAX, |place| place as u32),
+            shown_source: shown_slot.map_or(u32::MAX, |place| place as u32),
         };
         let frame =
-            Frame { constants, list, overlays, sources, shadows, backdrop, environment, format, direct, linear };
+            Frame { constants, list, overlays, sources, shadows, map, backdrop, environment, format, direct, linear };
         stats.cpu.upload_ms = milliseconds(start);
 
         let start = Instant::now();

@@ -1,6 +1,7 @@
 //! What the window shows and what the user changed in it.
 
 mod draw;
+mod shadows;
 #[cfg(test)]
 mod tests;
 
@@ -8,15 +9,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use aam_renderer::{FrameStats, Msaa, Shape, Show};
+use aam_renderer::{FrameStats, Msaa, ShadowLimit, Shape, Show};
 use aam_scene::{Aabb, Background, DisplacementMode, Layer, Light, NodeId, Scene};
 use glam::Affine3A;
 
+use crate::demo::{Demo, DemoAction};
 use crate::eye::{Eye, Side};
 use crate::load::Loader;
 use crate::playback::Playback;
 use crate::watch::Watch;
 use crate::{Opened, Options, Saver, pose};
+
+pub(crate) use shadows::Step;
 
 /// How long a message stays.
 const NOTICE: Duration = Duration::from_secs(6);
@@ -33,6 +37,11 @@ pub(crate) enum Action {
     Normals,
     Bounds,
     Hulls,
+    /// Shadows on or off.
+    Shadows,
+    /// The view of the next shadow source.
+    LightView,
+    Demo(DemoAction),
     PlayPause,
     Step(isize),
     Save,
@@ -52,12 +61,14 @@ pub(crate) struct Display {
     pub(crate) bounds: bool,
     pub(crate) hulls: bool,
     pub(crate) displacement: DisplacementMode,
+    pub(crate) no_shadows: bool,
 }
 
 /// What is kept over a reload because the user changed it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Edited {
     lights: bool,
+    shadows: bool,
     background: bool,
     shading: bool,
     environment: bool,
@@ -94,6 +105,13 @@ pub(crate) struct Model {
     pub(crate) eye: Eye,
     pub(crate) display: Display,
     pub(crate) playback: Playback,
+    pub(crate) demo: Option<Demo>,
+    /// The shadow source that the picture is seen from.
+    pub(crate) light_view: Option<usize>,
+    /// Where the setting of each shadow source does not hold.
+    pub(crate) shadow_notes: Vec<Vec<ShadowLimit>>,
+    /// When they were found out.
+    noted: Option<Instant>,
     pub(crate) selected: Option<NodeId>,
     edited: Edited,
     pub(crate) unsaved: bool,
@@ -131,6 +149,10 @@ impl Model {
             eye: Eye::new(scene.up, Aabb::EMPTY, 1.5),
             display: Display::default(),
             playback: Playback::default(),
+            demo: Demo::new(&options.files),
+            light_view: None,
+            shadow_notes: Vec::new(),
+            noted: None,
             selected: None,
             edited: Edited::default(),
             unsaved: false,
@@ -141,7 +163,7 @@ impl Model {
             outlines: None,
             settling: 0,
         };
-        if let Some(file) = &options.file {
+        if let Some(file) = options.files.first() {
             model.open(file);
         }
         model
@@ -178,6 +200,7 @@ impl Model {
                     self.edited = Edited::default();
                     self.unsaved = false;
                     self.selected = None;
+                    self.light_view = None;
                     self.playback = Playback { playing: opened.scene.animation.is_some(), frame: 0.0 };
                 }
                 let bounds = opened.scene.bounds();
@@ -191,8 +214,13 @@ impl Model {
                     }
                 }
                 self.follow(&finished.path, &opened);
+                if let Some(demo) = &mut self.demo {
+                    demo.adopt(&opened.scene);
+                    demo.pose(&mut opened.scene);
+                }
                 self.opened = Some(opened);
                 self.generation += 1;
+                self.noted = None;
                 self.settling = 3;
                 self.stale = true;
             }
@@ -208,11 +236,14 @@ impl Model {
         }
     }
 
-    /// Lights, background and visibility that the user set outlive a reload.
+    /// Lights, shadows, background and visibility that the user set outlive a reload.
     fn carry_over(&mut self, opened: &mut Opened) {
         let Some(before) = &self.opened else { return };
         if self.edited.lights {
             opened.scene.lights.clone_from(&before.scene.lights);
+        }
+        if self.edited.shadows {
+            opened.scene.shadows = shadows::carried(&before.scene, &opened.scene);
         }
         if self.edited.background {
             opened.scene.background = before.scene.background.clone();
@@ -293,12 +324,12 @@ impl Model {
             Action::Fit => self.fit(),
             Action::LookFrom(side) => {
                 self.eye.look_from(side);
-                self.stale = true;
+                self.look_from_source(None);
             }
             Action::LookThrough(index) => {
                 if let Some(camera) = self.opened.as_ref().and_then(|opened| opened.scene.cameras.get(index)) {
                     self.eye.look_through(camera);
-                    self.stale = true;
+                    self.look_from_source(None);
                 }
             }
             Action::Orthographic => {
@@ -318,6 +349,9 @@ impl Model {
                     self.say("This file has no collision shapes.");
                 }
             }
+            Action::Shadows => self.toggle_shadows(),
+            Action::LightView => self.next_light_view(),
+            Action::Demo(action) => self.act_demo(action),
             Action::PlayPause => self.playback.playing = !self.playback.playing,
             Action::Step(by) => {
                 if let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) {
@@ -354,11 +388,28 @@ impl Model {
         let selected = self.selected.map(|id| pose::bounds_below(&opened.scene, &self.world(), id));
         let bounds = selected.filter(|bounds| !bounds.is_empty()).unwrap_or_else(|| opened.scene.bounds());
         self.eye.fit(bounds, self.aspect);
-        self.stale = true;
+        self.look_from_source(None);
+    }
+
+    fn act_demo(&mut self, action: DemoAction) {
+        let Some(demo) = &mut self.demo else { return };
+        if let Some(next) = demo.act(action).map(Path::to_owned) {
+            self.open(&next);
+        } else if let Some(opened) = &mut self.opened {
+            demo.pose(&mut opened.scene);
+            self.stale = true;
+        }
     }
 
     /// Lets time pass for the animation; true while it plays.
     pub(crate) fn advance(&mut self, time: Duration) -> bool {
+        if let (Some(demo), Some(opened)) = (&mut self.demo, &mut self.opened)
+            && demo.advance(time)
+        {
+            demo.pose(&mut opened.scene);
+            self.stale = true;
+            return true;
+        }
         let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) else {
             return false;
         };

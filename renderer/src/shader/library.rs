@@ -35,6 +35,7 @@ const FILES: &[(&str, &str)] = files![
     "shadow_caster",
     "shadow_compare",
     "shadow_extrude",
+    "shadow_map",
     "shadow_mask",
     "shadow_moments",
     "shadow_running_blur",
@@ -65,6 +66,8 @@ pub(crate) enum Program {
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
     Blur,
+    /// A shadow map as a picture.
+    ShadowMap(shadows::MapKind),
     /// A pass of the blur whose cost does not grow with the radius.
     RunningBlur(ShadowFilter),
     /// The volume that a caster shades.
@@ -88,6 +91,7 @@ impl Program {
             Self::Interpolate => "interpolate",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
+            Self::ShadowMap(_) => "shadow_map",
             Self::RunningBlur(_) => "shadow_running_blur",
             Self::Extrude => "shadow_extrude",
             Self::Mask => "shadow_mask",
@@ -109,6 +113,7 @@ impl Program {
             Self::Displace { normals } => vec![("NORMALS", normals)],
             Self::Interpolate => Vec::new(),
             Self::Caster(caster) => caster.features(),
+            Self::ShadowMap(kind) => kind.features(),
             Self::RunningBlur(filter) => vec![
                 ("ESM", filter == ShadowFilter::Esm),
                 ("VSM", filter == ShadowFilter::Vsm),
@@ -145,6 +150,7 @@ fn all_programs() -> Vec<Program> {
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
     programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
     programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
+    programs.extend(shadows::MapKind::all().into_iter().map(Program::ShadowMap));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     programs.push(Program::Sky);
     for premultiply in [false, true] {
@@ -217,7 +223,8 @@ mod tests {
         // Relief with each lit or textured surface.
         let relief = (3 * 2 * 2 + 3 + 1) * 2 + 1;
         assert_eq!(Variant::all().len(), (3 * 2 * 2 + 3 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 3 + 2 + 1 + 6);
+        let shadows = shadows::Caster::all().len() + 3 + 5 + 6;
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows + 3 + 2 + 1 + 6);
     }
 
     #[test]

@@ -29,13 +29,15 @@ const KEYS: [Group; 4] = [
             ("N", "normals"),
             ("B", "bounds"),
             ("K", "collision hulls"),
+            ("M", "shadows on or off"),
+            ("V", "the view of each shadow source"),
             ("T", "panels"),
         ],
     ),
     (
         "File",
         &[
-            ("Ctrl S", "save lights, background, visibility and view"),
+            ("Ctrl S", "save lights, shadows, background, visibility, view"),
             ("P, F12", "picture as PNG into this folder"),
             ("R", "read the file again"),
             ("Drop a file", "open it"),

@@ -1,10 +1,12 @@
 //! The panels around the picture, and what the pointer does on it.
 
+mod demo;
 mod environment;
 mod help;
 mod icons;
 mod inspector;
 mod lights;
+mod shadows;
 mod theme;
 mod toolbar;
 mod tree;
@@ -50,18 +52,21 @@ impl Panels {
             self.generation = model.generation;
             self.thumbnails.clear();
         }
-        let mut asked = Asked { actions: keys::actions(ui.ctx()), picture: None };
+        let mut asked = Asked { actions: keys::actions(ui.ctx(), model.demo.is_some()), picture: None };
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let flight = keys::flight(ui.ctx(), seconds);
         if flight != Vec3::ZERO {
             model.eye.fly(flight);
-            model.stale = true;
+            model.look_from_source(None);
             ui.ctx().request_repaint();
         }
         if !self.hidden {
             let bar = Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(10, 6));
             Panel::top("bar").frame(bar).show(ui, |ui| toolbar::show(ui, model, &mut asked.actions));
             Panel::bottom("status").frame(bar).show(ui, |ui| status(ui, model));
+            if model.demo.is_some() {
+                Panel::bottom("demo").frame(bar).show(ui, |ui| demo::show(ui, model));
+            }
             if animated(model) {
                 Panel::bottom("time").frame(bar).show(ui, |ui| toolbar::time(ui, model, &mut asked.actions));
             }
@@ -111,7 +116,11 @@ impl Panels {
             }
             separated_heading(ui, "Lights");
             let mut lights = model.opened.as_ref().map(|opened| opened.scene.lights.clone()).unwrap_or_default();
-            if lights::show(ui, &mut lights, &model.eye.camera(), size) {
+            let edit = lights::show(ui, &mut lights, &model.eye.camera(), size);
+            if let Some(removed) = edit.removed {
+                model.light_removed(removed);
+            }
+            if edit.changed {
                 model.set_lights(lights);
             }
             if let Some(mut environment) = model.opened.as_ref().and_then(|opened| opened.scene.environment.clone()) {
@@ -120,6 +129,8 @@ impl Panels {
                     model.set_environment(environment);
                 }
             }
+            separated_heading(ui, "Shadows");
+            shadows::show(ui, model);
             separated_heading(ui, "Scene");
             scene_settings(ui, model);
             let warnings = model.opened.as_ref().map_or(&[][..], |opened| &opened.warnings);
@@ -152,6 +163,12 @@ impl Panels {
                 theme::WEAK,
             );
         }
+        if model.light_view.is_some() {
+            // The window of the source is square and as high as the picture.
+            let window = Rect::from_center_size(rect.center(), egui::Vec2::splat(rect.height()));
+            let stroke = egui::Stroke::new(1.0, theme::ACCENT);
+            ui.painter().with_clip_rect(rect).rect_stroke(window, 0.0, stroke, egui::StrokeKind::Inside);
+        }
         overlay(ui, model, rect);
         rect
     }
@@ -168,13 +185,13 @@ impl Panels {
             } else {
                 model.eye.orbit(drag);
             }
-            model.stale = true;
+            model.look_from_source(None);
         }
         if response.hovered() {
             let notches = ui.input(|input| input.smooth_scroll_delta.y / 40.0 + (input.zoom_delta() - 1.0) * 4.0);
             if notches != 0.0 {
                 model.eye.zoom(notches);
-                model.stale = true;
+                model.look_from_source(None);
             }
         }
         if response.clicked()
@@ -182,7 +199,7 @@ impl Panels {
         {
             let x = 2.0 * (point.x - rect.left()) / rect.width() - 1.0;
             let y = 1.0 - 2.0 * (point.y - rect.top()) / rect.height();
-            let camera = model.eye.camera();
+            let camera = model.camera();
             let from_clip = (camera.projection_matrix(model.aspect) * camera.view()).inverse();
             let (near, far) =
                 (from_clip.project_point3(Vec3::new(x, y, 0.0)), from_clip.project_point3(Vec3::new(x, y, 1.0)));

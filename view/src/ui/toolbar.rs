@@ -12,12 +12,14 @@ use crate::model::{Action, Model, file_name};
 /// What is drawn, from where; help.
 pub(super) fn show(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
+        let sources = model.source_count();
         let display = &mut model.display;
         let before = *display;
         ComboBox::from_id_salt("show").selected_text(show_name(display.show)).width(130.0).show_ui(ui, |ui| {
             let layers = Layer::ALL.into_iter();
             let shows = [Show::Lit].into_iter().chain(layers.clone().map(Show::Layer)).chain([Show::Normals]);
-            for show in shows.chain([Show::Uvs(Layer::Diffuse)]) {
+            let of_sources = (0..sources).flat_map(|source| [Show::Shadow(source), Show::ShadowMap(source)]);
+            for show in shows.chain([Show::Uvs(Layer::Diffuse)]).chain(of_sources) {
                 ui.selectable_value(&mut display.show, show, show_name(show));
             }
         });
@@ -87,6 +89,7 @@ fn show_name(show: Show) -> String {
         Show::Layer(layer) => format!("Only {}", inspector::layer_name(layer)),
         Show::Normals => "Shading normals".into(),
         Show::Shadow(source) => format!("Shadow {}", source + 1),
+        Show::ShadowMap(source) => format!("Shadow map {}", source + 1),
         Show::Uvs(_) => "Texture coordinates".into(),
     }
 }
