@@ -37,6 +37,13 @@ impl FrameUniform {
     }
 }
 
+/// World to clip space, depth 0 to 1; `None` if the far plane is at infinity.
+pub(crate) fn clip_from_world(view: &View) -> Option<DMat4> {
+    let camera = &view.camera;
+    let matrix = reversed_projection(camera, f64::from(view.aspect())) * camera.view().as_dmat4();
+    (matrix.is_finite() && camera.far.is_finite()).then_some(matrix)
+}
+
 /// The unit vector in which the camera looks.
 pub(crate) fn view_direction(camera: &Camera) -> Vec3 {
     -camera.view().row(2).truncate()

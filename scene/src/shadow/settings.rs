@@ -283,7 +283,7 @@ impl ShadowSettings {
             blur: BlurKind::Gaussian,
             exponent: if exponential { 80.0 } else { 40.0 },
             centred: true,
-            min_variance: if moments { 3e-7 } else { 1e-6 },
+            min_variance: if moments { 1e-5 } else { 1e-6 },
             bleed_reduction: 0.0,
             metric: DepthMetric::Auto,
             cascades: 4,
