@@ -34,6 +34,11 @@ pub(crate) fn size(text: &str) -> Result<Size, String> {
     Ok(Size { width: side(width)?, height: side(height)? })
 }
 
+/// `pcf`, `csm-evsm4`: a shadow technique.
+pub(crate) fn shadow_technique(text: &str) -> Result<aam_scene::ShadowTechnique, String> {
+    text.trim().parse()
+}
+
 /// `1,-2,0.5`: three finite numbers.
 pub(crate) fn vector(text: &str) -> Result<Vec3, String> {
     let numbers: Vec<f32> = text

@@ -15,10 +15,12 @@ Examples:
   aam render model.aam -o picture.png       draw a picture without a window
   aam view model.aam                        look at it in a window
   aam check model.aam                       say what is wrong in it
+  aam chart shadows room.scene.toml -o out  measure shadow techniques on a scene
 
 Exit codes:
   0    done
-  1    `check` found errors, `fmt --check` found a file that is not canonical, or what `simulate` simulated broke
+  1    `check` found errors, `fmt --check` found a file that is not canonical, what `simulate` simulated broke,
+       or nothing that `tune` measured reaches the goal
   2    it could not be done: wrong arguments, a file that cannot be read or written
   101  a mistake in this program
 
@@ -57,6 +59,10 @@ pub(crate) enum Verb {
     View(ViewArgs),
     /// Let the bodies of a file fall, collide and come to rest
     Simulate(SimulateArgs),
+    /// Measure techniques on a scene: speed against accuracy
+    Chart(ChartArgs),
+    /// Choose the cheapest technique that is accurate enough for a scene
+    Tune(TuneArgs),
     /// Show what a file holds
     Info(InfoArgs),
     /// Find what is wrong in AAM files
@@ -447,6 +453,14 @@ pub(crate) enum Displacement {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LightSize {
+    /// Every light is a point
+    Point,
+    /// Lights are as large as the scene file says
+    Area,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Engine {
     /// wgpu
     Gpu,
@@ -545,6 +559,137 @@ pub(crate) enum Continuous {
     Static,
     /// All bodies
     All,
+}
+
+const CHART_EXAMPLES: &str = "\
+Examples:
+  aam chart shadows room.scene.toml -o room-chart            up to 15 minutes; then open room-chart/index.html
+  aam chart shadows room.scene.toml -o room-chart --quick    up to two minutes
+  aam chart shadows room.scene.toml -o room-chart --techniques hard,pcf,evsm4 --light sun";
+
+#[derive(Debug, Args)]
+#[command(after_help = CHART_EXAMPLES)]
+pub(crate) struct ChartArgs {
+    #[command(subcommand)]
+    pub(crate) what: ChartWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ChartWhat {
+    /// Shadows of a light, against what the reference traces
+    Shadows(Box<ChartShadowsArgs>),
+}
+
+const CHART_SHADOWS_EXAMPLES: &str = "\
+Examples:
+  aam chart shadows room.scene.toml -o room-chart            up to 15 minutes; then open room-chart/index.html
+  aam chart shadows room.scene.toml -o room-chart --quick    up to two minutes
+  aam chart shadows room.scene.toml -o room-chart --techniques hard,pcf,evsm4 --light sun
+
+The folder gets index.html (plots and pictures, one page without anything else), data.csv (one row for each setting and
+truth), data.json (docs/chart-shadows.schema.json describes it) and fronts.svg. Files of these names are overwritten.
+Errors are those of the light's visibility, over the pixels that face it, against the light as a point and against the
+light as large as the scene says.";
+
+#[derive(Debug, Args)]
+#[command(after_help = CHART_SHADOWS_EXAMPLES)]
+pub(crate) struct ChartShadowsArgs {
+    /// Scene to measure on: .scene.toml, or an asset that brings a light
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Folder to write to; it is made if it is not there
+    #[arg(short, long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+/// What is measured of shadows.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MeasureArgs {
+    /// A few settings of each technique, in at most two minutes
+    #[arg(long, conflicts_with = "full")]
+    pub(crate) quick: bool,
+    /// A dense grid and a finer truth, however long it takes
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// Only these techniques, such as hard,pcf,csm-evsm4
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = args::shadow_technique)]
+    pub(crate) techniques: Vec<aam_scene::ShadowTechnique>,
+    /// Picture size in pixels
+    #[arg(short, long, value_name = "WxH", default_value = "512x384", value_parser = args::size)]
+    pub(crate) size: Size,
+    /// The light, by its name or its number from 1; without it the first with a shape
+    #[arg(long, value_name = "NAME")]
+    pub(crate) light: Option<String>,
+    /// Look through a camera of the file by its name; without it the file's active one
+    #[arg(long, value_name = "NAME")]
+    pub(crate) view: Option<String>,
+    /// Frame of the animation, from 0
+    #[arg(long, value_name = "F", default_value = "0", value_parser = args::not_negative)]
+    pub(crate) frame: f32,
+}
+
+const TUNE_EXAMPLES: &str = "\
+Examples:
+  aam tune shadows room.scene.toml --max-error 0.05             the cheapest with an RMSE of at most 0.05
+  aam tune shadows room.scene.toml --budget-ms 4                the most accurate within 4 ms a frame on this machine
+  aam tune shadows room.scene.toml --max-error 0.05 --dry-run   only say what would be written";
+
+#[derive(Debug, Args)]
+#[command(after_help = TUNE_EXAMPLES)]
+pub(crate) struct TuneArgs {
+    #[command(subcommand)]
+    pub(crate) what: TuneWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum TuneWhat {
+    /// Shadow techniques and their parameters
+    Shadows(Box<TuneShadowsArgs>),
+}
+
+const TUNE_SHADOWS_EXAMPLES: &str = "\
+Examples:
+  aam tune shadows room.scene.toml --max-error 0.05             the cheapest with an RMSE of at most 0.05
+  aam tune shadows room.scene.toml --budget-ms 4                the most accurate within 4 ms a frame on this machine
+  aam tune shadows room.scene.toml --max-error 0.05 --dry-run   only say what would be written
+
+The choice is written into the scene file as [[shadow]], or into one beside an asset. Lights whose shadow no camera of the
+scene sees get none, and objects that cast nothing into view are no casters.
+Without --quick or --full it takes up to 15 minutes for each light.
+
+Exit codes: 0 done, 1 nothing that was measured reaches the goal: what comes closest is written,
+2 it could not be done.";
+
+#[derive(Debug, Args)]
+#[command(after_help = TUNE_SHADOWS_EXAMPLES)]
+#[command(group = clap::ArgGroup::new("goal").required(true).args(["max_error", "budget_ms"]))]
+pub(crate) struct TuneShadowsArgs {
+    /// Scene to tune: .scene.toml, or an asset that brings a light
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// The cheapest whose visibility has a root mean squared error of at most this, from 0 to 1
+    #[arg(long, value_name = "E", value_parser = args::fraction)]
+    pub(crate) max_error: Option<f32>,
+    /// The most accurate that takes at most so much GPU time a frame
+    #[arg(long, value_name = "MS", value_parser = args::positive)]
+    pub(crate) budget_ms: Option<f32>,
+    /// What the light is taken for
+    #[arg(long, value_name = "TRUTH", default_value = "area")]
+    pub(crate) truth: LightSize,
+    /// Write to this scene file instead
+    #[arg(short, long, value_name = "FILE.scene.toml", value_hint = ValueHint::FilePath, conflicts_with = "dry_run")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
 }
 
 const INFO_EXAMPLES: &str = "\
@@ -677,7 +822,7 @@ mod tests {
     use aam::{Limit, Limits};
     use clap::{CommandFactory, Parser};
 
-    use super::{Cli, Verb};
+    use super::{ChartArgs, ChartWhat, Cli, TuneArgs, TuneWhat, Verb};
 
     #[test]
     fn arguments_are_consistent() {
@@ -692,6 +837,8 @@ mod tests {
             &["aam", "render", "a", "-o", "b"],
             &["aam", "view", "a"],
             &["aam", "simulate", "a"],
+            &["aam", "chart", "shadows", "a", "-o", "b"],
+            &["aam", "tune", "shadows", "a", "--max-error", "0.1"],
             &["aam", "check", "a"],
             &["aam", "fmt", "a"],
         ] {
@@ -705,6 +852,8 @@ mod tests {
                     Verb::Simulate(args) => args.read.limits.limits(),
                     Verb::Check(args) => args.limits.limits(),
                     Verb::Fmt(args) => args.limits.limits(),
+                    Verb::Chart(ChartArgs { what: ChartWhat::Shadows(args) }) => args.read.limits.limits(),
+                    Verb::Tune(TuneArgs { what: TuneWhat::Shadows(args) }) => args.read.limits.limits(),
                     Verb::Completions(_) => unreachable!("it reads nothing"),
                 }
             };
