@@ -9,4 +9,5 @@ mod layers;
 mod lighting;
 mod overlays;
 mod robustness;
+mod shadows;
 mod transparency;
