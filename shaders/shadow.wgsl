@@ -45,6 +45,9 @@ struct ShadowSource {
     ends: vec4f,
     // Share of a cascade in which it fades into the next.
     blend: f32,
+    // Its place in the list. Functions find it by this number instead of a constant: Mesa's lavapipe (22.3) writes
+    // beyond an array while it looks for branches on uniforms at constant places.
+    number: f32,
 }
 
 #import shadow_bindings

@@ -33,7 +33,8 @@ struct VertexInput {
 }
 
 struct Varyings {
-    @builtin(position) clip: vec4f,
+    // Shadow volumes start at the same depth.
+    @invariant @builtin(position) clip: vec4f,
 #if MOMENTS
     @location(0) position: vec3f,
 #endif

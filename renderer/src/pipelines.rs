@@ -305,7 +305,7 @@ pub(crate) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
 
 const SAMPLER: wgpu::BindingType = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
 
-const fn texture(filterable: bool) -> wgpu::BindingType {
+pub(crate) const fn texture(filterable: bool) -> wgpu::BindingType {
     wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable },
         view_dimension: wgpu::TextureViewDimension::D2,

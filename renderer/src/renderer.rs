@@ -275,6 +275,7 @@ impl Renderer {
             view,
             lights: &scene_lights,
             list: &mut list,
+            meshes: &self.meshes,
             sources: &sources,
             eye: uniform.eye,
             keep: options.keep_shadow_maps,

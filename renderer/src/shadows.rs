@@ -8,13 +8,16 @@ mod pipelines;
 mod record;
 mod set;
 mod uniform;
+mod volume;
+mod volumes;
 
-use aam_scene::{CasterFaces, Light, Scene, ShadowFilter, ShadowSettings, Shadows, View};
+use aam_scene::{BlurKind, CasterFaces, Light, Scene, ShadowFilter, ShadowSettings, Shadows, View};
 use glam::{DMat4, Vec3};
 
 use crate::camera::clip_from_world;
 use crate::draws::DrawList;
 use crate::materials::bind;
+use crate::meshes::MeshTable;
 use crate::pipelines::Pipelines;
 use crate::upload::{DynamicBuffer, Uploader};
 use crate::{Gpu, RenderError};
@@ -29,11 +32,6 @@ use casters::{CasterDraw, caster_draws, instance_boxes, may_reach};
 use fit::{Placement, Surroundings, place};
 use pipelines::{CasterKey, ShadowPipelines};
 use uniform::{GpuCasterView, GpuSource, empty_moments};
-
-/// Whether a technique draws maps.
-pub(crate) const fn is_mapped(filter: ShadowFilter) -> bool {
-    !matches!(filter, ShadowFilter::Volume)
-}
 
 /// What a frame's sources are, before anything is placed.
 #[derive(Clone, Debug, Default)]
@@ -62,7 +60,7 @@ impl SourceList {
                 continue;
             }
             let technique = source.settings.technique;
-            if !technique.exists() || !is_mapped(technique.filter) {
+            if !technique.exists() {
                 warnings.push(format!("shadow {name} is not drawn: there is no technique {technique}"));
                 continue;
             }
@@ -121,14 +119,15 @@ struct Map {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct MapKey {
     format: wgpu::TextureFormat,
-    size: u32,
+    width: u32,
+    height: u32,
     layers: u32,
 }
 
 impl MapKey {
     fn bytes(self) -> u64 {
         let texel = u64::from(self.format.block_copy_size(None).unwrap_or(4));
-        texel * u64::from(self.size).pow(2) * u64::from(self.layers)
+        texel * u64::from(self.width) * u64::from(self.height) * u64::from(self.layers)
     }
 }
 
@@ -137,12 +136,13 @@ impl MapKey {
 pub(crate) struct FrameShadows {
     passes: Vec<MapPass>,
     blurs: Vec<BlurPass>,
+    volumes: volumes::VolumeFrame,
 }
 
 impl FrameShadows {
     /// Nothing is drawn before the picture.
     pub(crate) fn is_empty(&self) -> bool {
-        self.passes.is_empty()
+        self.passes.is_empty() && self.volumes.is_empty()
     }
 }
 
@@ -160,14 +160,16 @@ struct MapPass {
 struct BlurPass {
     source: usize,
     layer: usize,
-    /// Place in the blur uniforms of the pass along rows; that along columns follows.
+    /// Place in the blur uniforms of passes that read the map; that of those that read the other texture follows.
     offset: u32,
+    running: bool,
 }
 
 /// Maps, pipelines and uniforms of all sources.
 #[derive(Debug)]
 pub(crate) struct ShadowTable {
     pub pipelines: ShadowPipelines,
+    volumes: volumes::VolumeTable,
     maps: Vec<Option<Map>>,
     source_uniform: DynamicBuffer,
     caster_uniform: DynamicBuffer,
@@ -182,6 +184,7 @@ impl Default for ShadowTable {
         use wgpu::BufferUsages;
         Self {
             pipelines: ShadowPipelines::default(),
+            volumes: volumes::VolumeTable::default(),
             maps: Vec::new(),
             source_uniform: DynamicBuffer::new("shadow sources", BufferUsages::UNIFORM),
             caster_uniform: DynamicBuffer::new("caster views", BufferUsages::UNIFORM),
@@ -200,6 +203,7 @@ pub(crate) struct Preparation<'a> {
     pub view: &'a View,
     pub lights: &'a [Light],
     pub list: &'a mut DrawList,
+    pub meshes: &'a MeshTable,
     pub sources: &'a SourceList,
     pub eye: Vec3,
     /// Maps of an earlier frame are used again.
@@ -230,10 +234,11 @@ impl ShadowTable {
         uploader: &mut Uploader<'_>,
         warnings: &mut Vec<String>,
     ) -> Result<FrameShadows, RenderError> {
-        let Preparation { scene, view, lights, list, sources, eye, keep } = preparation;
+        let Preparation { scene, view, lights, list, meshes, sources, eye, keep } = preparation;
         let mut frame = FrameShadows::default();
         let Some(shadows) = scene.shadows.as_ref().filter(|_| !sources.set.is_empty()) else {
             self.maps.clear();
+            self.volumes = volumes::VolumeTable::default();
             self.group = None;
             return Ok(frame);
         };
@@ -265,12 +270,15 @@ impl ShadowTable {
                 Ok(placement) => placement,
                 Err(reason) => {
                     warnings.push(format!("shadow {} is not drawn: {reason}", source_name(shadows, index)));
-                    uniforms.push(GpuSource::nowhere());
+                    uniforms.push(GpuSource::nowhere(slot));
                     changed |= self.ensure_map(&gpu, slot, MapKey::placeholder(settings))?;
                     continue;
                 }
             };
-            let key = MapKey::of(&settings, placement.views.len());
+            let key = match settings.technique.filter {
+                ShadowFilter::Volume => MapKey::mask(view),
+                _ => MapKey::of(&settings, placement.views.len()),
+            };
             let is_new = self.ensure_map(&gpu, slot, key)?;
             changed |= is_new;
             let Some(map) = &mut self.maps[slot] else { continue };
@@ -280,8 +288,20 @@ impl ShadowTable {
                 _ => placement,
             };
             let light = source.light.and_then(|light| lights.get(light));
-            uniforms.push(GpuSource::new(&settings, &placement, light, eye));
+            uniforms.push(GpuSource::new(slot, &settings, &placement, light, eye));
             if kept {
+                continue;
+            }
+            if settings.technique.filter == ShadowFilter::Volume {
+                let volumes = volumes::Volumes { scene, list, meshes, boxes: &boxes, view, eye, placement: &placement };
+                let casting = |instance: u32| casts[list.nodes[instance as usize] as usize];
+                let pass = self.volumes.prepare(slot, &volumes, casting, uploader, &mut caster_views)?;
+                for draw in &pass.draws {
+                    self.pipelines.ensure_volume(&gpu, shared.frame_layout(), draw.mirrored)?;
+                }
+                self.pipelines.ensure_volume(&gpu, shared.frame_layout(), false)?;
+                frame.volumes.passes.push(pass);
+                map.placement = Some(placement);
                 continue;
             }
             let unseen = |clip: &DMat4| {
@@ -304,7 +324,7 @@ impl ShadowTable {
                 for draw in draws {
                     let batch = draw.batch.of(list);
                     let caster = Caster::of(batch, settings.technique.filter);
-                    let key = CasterKey { caster, format: key.format, faces, mirrored: batch.mirrored };
+                    let key = CasterKey { caster, format: key.format, faces, mirrored: batch.mirrored, seen: false };
                     self.pipelines.ensure_caster(&gpu, shared, key)?;
                     keyed.push((draw, key));
                 }
@@ -317,12 +337,37 @@ impl ShadowTable {
                 });
                 caster_views.push(GpuCasterView::new(&settings, &placement, map_view, eye));
                 if settings.technique.filter.has_moments() && map_view.radius > 0.05 {
-                    self.pipelines.ensure_blur(&gpu, key.format)?;
-                    frame.blurs.push(BlurPass { source: slot, layer, offset: blurs.len() as u32 });
-                    blurs.extend([(map_view.radius as f32, layer as u32), (map_view.radius as f32, 0)]);
+                    let running = settings.blur == BlurKind::Running;
+                    let reach = if running {
+                        self.pipelines.ensure_running(&gpu, settings.technique.filter, key.format)?;
+                        running_width(map_view.radius)
+                    } else {
+                        self.pipelines.ensure_blur(&gpu, key.format)?;
+                        map_view.radius as f32
+                    };
+                    frame.blurs.push(BlurPass { source: slot, layer, offset: blurs.len() as u32, running });
+                    blurs.extend([(reach, layer as u32), (reach, 0)]);
                 }
             }
             map.placement = Some(placement);
+        }
+        self.volumes.sweep();
+        if !frame.volumes.passes.is_empty() {
+            let reach = volumes::reach(view, &boxes);
+            frame.volumes.camera = caster_views.len() as u32;
+            caster_views.push(GpuCasterView::of_camera(crate::camera::boundless_clip(view, 2.0 * reach)));
+            for (index, batch) in list.opaque.iter().enumerate() {
+                let key = CasterKey {
+                    caster: Caster::of(batch, ShadowFilter::Volume),
+                    format: pipelines::counting_format(&gpu),
+                    faces: CasterFaces::Both,
+                    mirrored: batch.mirrored,
+                    seen: true,
+                };
+                self.pipelines.ensure_caster(&gpu, shared, key)?;
+                let draw = CasterDraw { batch: casters::BatchId::Opaque(index), instances: batch.instances.clone() };
+                frame.volumes.seen.push((draw, key));
+            }
         }
         self.upload(&gpu, uploader, &uniforms, &caster_views, &blurs, &mut changed)?;
         if changed || self.group.is_none() {
@@ -373,24 +418,25 @@ impl ShadowTable {
             return Ok(false);
         }
         let limits = gpu.device().limits();
-        if key.size > limits.max_texture_dimension_2d {
+        if key.width.max(key.height) > limits.max_texture_dimension_2d {
             return Err(RenderError::Limit {
-                what: format!("a shadow map of {0}×{0} texels", key.size),
-                needed: u64::from(key.size),
+                what: format!("a shadow map of {}×{} texels", key.width, key.height),
+                needed: u64::from(key.width.max(key.height)),
                 limit: "maxTextureDimension2D",
                 allowed: u64::from(limits.max_texture_dimension_2d),
             });
         }
         let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("shadow map"),
-            size: wgpu::Extent3d { width: key.size, height: key.size, depth_or_array_layers: key.layers },
+            size: wgpu::Extent3d { width: key.width, height: key.height, depth_or_array_layers: key.layers },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: key.format,
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT
                 | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
+                | wgpu::TextureUsages::COPY_SRC
+                | key.storage(),
             view_formats: &[],
         });
         let view = |dimension, base_array_layer, array_layer_count| {
@@ -402,7 +448,8 @@ impl ShadowTable {
             })
         };
         let layers = (0..key.layers).map(|layer| view(wgpu::TextureViewDimension::D2, layer, 1)).collect();
-        let array = view(wgpu::TextureViewDimension::D2Array, 0, key.layers);
+        let kind = if key.is_mask() { wgpu::TextureViewDimension::D2 } else { wgpu::TextureViewDimension::D2Array };
+        let array = view(kind, 0, key.layers);
         self.maps[slot] = Some(Map { key, layers, array, placement: None });
         Ok(true)
     }
@@ -453,13 +500,42 @@ impl MapKey {
             2 => Rg32Float,
             _ => Rgba32Float,
         };
-        Self { format, size: settings.resolution, layers: layers as u32 }
+        Self { format, width: settings.resolution, height: settings.resolution, layers: layers as u32 }
     }
 
     /// For a source that sees nothing.
     fn placeholder(settings: ShadowSettings) -> Self {
-        Self { size: 1, ..Self::of(&settings, 1) }
+        let format = match settings.technique.filter {
+            ShadowFilter::Volume => wgpu::TextureFormat::R8Unorm,
+            _ => Self::of(&settings, 1).format,
+        };
+        Self { format, width: 1, height: 1, layers: 1 }
     }
+
+    /// A texel for each pixel of the picture.
+    fn mask(view: &View) -> Self {
+        Self { format: wgpu::TextureFormat::R8Unorm, width: view.width, height: view.height, layers: 1 }
+    }
+
+    /// Maps of moments can be blurred by a compute shader.
+    fn storage(self) -> wgpu::TextureUsages {
+        match self.format {
+            wgpu::TextureFormat::R32Float | wgpu::TextureFormat::Rg32Float | wgpu::TextureFormat::Rgba32Float => {
+                wgpu::TextureUsages::STORAGE_BINDING
+            }
+            _ => wgpu::TextureUsages::empty(),
+        }
+    }
+
+    fn is_mask(self) -> bool {
+        self.format == wgpu::TextureFormat::R8Unorm
+    }
+}
+
+/// The width of two means of equal weights that together have the variance of a Gaussian whose standard deviation is a
+/// third of the radius: `2·(width² − 1)/12 = radius²/9`.
+fn running_width(radius: f64) -> f32 {
+    (1.0 + 2.0 / 3.0 * radius * radius).sqrt().round().clamp(1.0, 64.0) as f32
 }
 
 /// Whether what a camera and a source see may have a point in common, both as world to clip space.

@@ -1,6 +1,8 @@
 //! The shader files, and the programs that are made of them.
 
 use super::assemble::{Features, ShaderError, assemble};
+use aam_scene::ShadowFilter;
+
 use super::variant::Variant;
 use crate::lights::MAX_LIGHTS;
 use crate::shadows;
@@ -27,7 +29,11 @@ const FILES: &[(&str, &str)] = files![
     "shadow_blur",
     "shadow_caster",
     "shadow_compare",
+    "shadow_extrude",
+    "shadow_mask",
     "shadow_moments",
+    "shadow_running_blur",
+    "shadow_volume",
     "shadow_warp",
     "surface",
 ];
@@ -47,6 +53,12 @@ pub(crate) enum Program {
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
     Blur,
+    /// A pass of the blur whose cost does not grow with the radius.
+    RunningBlur(ShadowFilter),
+    /// The volume that a caster shades.
+    Extrude,
+    /// The pixels that are in no volume.
+    Mask,
     /// A background picture.
     Background { encode: bool },
     /// The last pass, into a target that could not be drawn to directly.
@@ -60,6 +72,9 @@ impl Program {
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
+            Self::RunningBlur(_) => "shadow_running_blur",
+            Self::Extrude => "shadow_extrude",
+            Self::Mask => "shadow_mask",
             Self::Background { .. } => "background",
             Self::Present { .. } => "present",
         }
@@ -75,7 +90,13 @@ impl Program {
             Self::Normals { linear } => overlay(true, true, true, linear),
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
             Self::Caster(caster) => caster.features(),
-            Self::Blur => Vec::new(),
+            Self::RunningBlur(filter) => vec![
+                ("ESM", filter == ShadowFilter::Esm),
+                ("VSM", filter == ShadowFilter::Vsm),
+                ("EVSM2", filter == ShadowFilter::Evsm2),
+            ],
+            Self::Extrude => vec![("NODE_NORMALS", false), ("RECEIVERS", false)],
+            Self::Blur | Self::Mask => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
@@ -100,7 +121,8 @@ fn all_programs() -> Vec<Program> {
         programs.extend([false, true].map(|nudge| Program::Shape { linear, nudge }));
     }
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
-    programs.push(Program::Blur);
+    programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
+    programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
@@ -170,7 +192,7 @@ mod tests {
         // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
         assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 1 + 2 + 6);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 2 + 6);
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub(crate) fn instance_boxes(scene: &Scene, list: &DrawList) -> Vec<Aabb> {
     boxes
 }
 
-fn placed(instance: &Instance) -> glam::Affine3A {
+pub(crate) fn placed(instance: &Instance) -> glam::Affine3A {
     let [x, y, z] = instance.rows;
     let column = |i: usize| Vec3::new(x[i], y[i], z[i]);
     glam::Affine3A::from_cols(column(0).into(), column(1).into(), column(2).into(), column(3).into())

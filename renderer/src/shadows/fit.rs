@@ -67,6 +67,9 @@ pub(crate) fn place(source: &ShadowSource, around: &Surroundings<'_>) -> Result<
         ),
         None => None,
     };
+    if let (aam_scene::ShadowFilter::Volume, None, Some(light)) = (settings.technique.filter, &source.volume, light) {
+        return everywhere(light);
+    }
     let mut placement = match (settings.technique.layout, &source.volume, light) {
         (ShadowLayout::One, Some(camera), _) => of_camera(camera, size)?,
         (ShadowLayout::One, None, Some(light)) => around_scene(light, around, size)?,
@@ -132,6 +135,20 @@ fn looking(position: DVec3, direction: DVec3, up: DVec3) -> DMat4 {
     let up = back.cross(right);
     let rotation = DMat4::from_cols(right.extend(0.0), up.extend(0.0), back.extend(0.0), DVec4::W).transpose();
     rotation * DMat4::from_translation(-position)
+}
+
+/// From where a light shines, without bounds.
+fn everywhere(light: &Light) -> Result<Placement, String> {
+    let (perspective, origin) = match light.kind {
+        LightKind::Directional { direction } => {
+            (false, -direction.as_dvec3().try_normalize().ok_or("its light has no direction")?)
+        }
+        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => (true, position.as_dvec3()),
+    };
+    if !origin.is_finite() {
+        return Err("its light has no finite position".into());
+    }
+    Ok(Placement { views: Vec::new(), perspective, origin, ends: Vec::new() })
 }
 
 fn of_camera(camera: &Camera, size: f64) -> Result<Placement, String> {

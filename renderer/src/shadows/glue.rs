@@ -22,7 +22,11 @@ pub(crate) fn bindings(set: &ShadowSet) -> String {
         let _ = writeln!(text, "const KERNEL_{}: u32 = {number}u;", kernel.word().to_uppercase());
     }
     for (index, source) in set.iter().enumerate() {
-        let kind = if source.filter.has_moments() { "texture_2d_array<f32>" } else { "texture_depth_2d_array" };
+        let kind = match source.filter {
+            ShadowFilter::Volume => "texture_2d<f32>",
+            filter if filter.has_moments() => "texture_2d_array<f32>",
+            _ => "texture_depth_2d_array",
+        };
         let _ = writeln!(text, "@group(2) @binding({}) var shadow_map_{index}: {kind};", map_binding(index));
     }
     text
@@ -36,6 +40,9 @@ pub(crate) fn sources(set: &ShadowSet) -> String {
     }
     if set.iter().any(|source| source.filter.has_moments()) {
         text.push_str("#import shadow_moments\n");
+    }
+    if set.iter().any(|source| source.filter == ShadowFilter::Volume) {
+        text.push_str("#import shadow_volume\n");
     }
     for (index, source) in set.iter().enumerate() {
         source_functions(&mut text, index, &source);
@@ -63,6 +70,16 @@ pub(crate) fn sources(set: &ShadowSet) -> String {
 
 fn source_functions(text: &mut String, index: usize, source: &SourceKind) {
     let filter = source.filter;
+    if filter == ShadowFilter::Volume {
+        let _ = writeln!(
+            text,
+            "\nvar<private> shadow_factor_{index}: f32 = 1.0;\n\n\
+             fn shadow_{index}(r: Receiver) -> f32 {{\n    \
+             let s = u32(shadow_sources[{index}].number);\n    \
+             return darkened(s, shadow_volume(shadow_map_{index}, s, r));\n}}\n"
+        );
+        return;
+    }
     let kernel = match filter {
         ShadowFilter::Pcf => format!(", KERNEL_{}", source.kernel.word().to_uppercase()),
         _ => String::new(),
@@ -70,25 +87,23 @@ fn source_functions(text: &mut String, index: usize, source: &SourceKind) {
     let _ = writeln!(
         text,
         "\nvar<private> shadow_factor_{index}: f32 = 1.0;\n\n\
-         fn shadow_in_view_{index}(v: u32, r: Receiver) -> f32 {{\n    \
-         return shadow_{filter}(shadow_map_{index}, {index}u, v, r{kernel});\n}}\n\n\
-         fn shadow_{index}(r: Receiver) -> f32 {{"
+         fn shadow_in_view_{index}(s: u32, v: u32, r: Receiver) -> f32 {{\n    \
+         return shadow_{filter}(shadow_map_{index}, s, v, r{kernel});\n}}\n\n\
+         fn shadow_{index}(r: Receiver) -> f32 {{\n    \
+         let s = u32(shadow_sources[{index}].number);"
     );
     let body = match source.layout {
-        // Mesa's lavapipe (22.3) crashes while it compiles some filters with a constant for the view.
-        ShadowLayout::One => format!(
-            "    return darkened({index}u, shadow_in_view_{index}(u32(shadow_sources[{index}].view_count) - 1u, r));"
-        ),
+        ShadowLayout::One => format!("    return darkened(s, shadow_in_view_{index}(s, 0u, r));"),
         ShadowLayout::Cube => {
-            format!("    return darkened({index}u, shadow_in_view_{index}(cube_face({index}u, r.position), r));")
+            format!("    return darkened(s, shadow_in_view_{index}(s, cube_face(s, r.position), r));")
         }
         ShadowLayout::Cascades => format!(
-            "    let cascade = cascade_at({index}u, r.position);\n    \
-             if (cascade.index >= u32(shadow_sources[{index}].view_count)) {{\n        return 1.0;\n    }}\n    \
-             var lit = shadow_in_view_{index}(cascade.index, r);\n    \
+            "    let cascade = cascade_at(s, r.position);\n    \
+             if (cascade.index >= u32(shadow_sources[s].view_count)) {{\n        return 1.0;\n    }}\n    \
+             var lit = shadow_in_view_{index}(s, cascade.index, r);\n    \
              if (cascade.next > 0.0) {{\n        \
-             lit = mix(lit, shadow_in_view_{index}(cascade.index + 1u, r), cascade.next);\n    }}\n    \
-             return darkened({index}u, lit);"
+             lit = mix(lit, shadow_in_view_{index}(s, cascade.index + 1u, r), cascade.next);\n    }}\n    \
+             return darkened(s, lit);"
         ),
     };
     let _ = writeln!(text, "{body}\n}}\n");

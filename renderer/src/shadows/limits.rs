@@ -43,6 +43,11 @@ pub fn shadow_limits(scene: &Scene, view: &View, source: usize) -> Vec<ShadowLim
     };
     let mut found = Vec::new();
     let case = Case { scene, view, source, placement: &placement, casters: &casters, all: &all };
+    if source.settings.technique.filter == ShadowFilter::Volume {
+        found.push("edges are hard; with MSAA, pixels on outlines take the shadow of what is in their middle".into());
+        found.push("parts that an alpha cutoff removes cast shadows".into());
+        return found.into_iter().map(ShadowLimit::Degrades).collect();
+    }
     case.volume(&mut found);
     case.resolution(&mut found);
     case.comparisons(&mut found);
@@ -249,9 +254,7 @@ impl Case<'_> {
 
     fn casters(&self, found: &mut Vec<String>) {
         let culls = self.scene.shadows.as_ref().is_some_and(|shadows| shadows.culling.back_faces);
-        let needs_closed = self.source.settings.faces == CasterFaces::Back
-            || culls
-            || self.source.settings.technique.filter == ShadowFilter::Volume;
+        let needs_closed = self.source.settings.faces == CasterFaces::Back || culls;
         if needs_closed {
             let open: Vec<&str> =
                 self.scene.meshes.iter().filter(|mesh| !is_closed(mesh)).map(|mesh| mesh.name.as_str()).collect();

@@ -7,7 +7,7 @@ use aam_scene::{CasterFaces, ShadowFilter};
 use super::set::ShadowSet;
 use crate::draws::{Batch, Instance};
 use crate::meshes::Stream;
-use crate::pipelines::{MapSet, Pipelines, UNIFORM, layout, layout_entry};
+use crate::pipelines::{MapSet, Pipelines, UNIFORM, layout, layout_entry, texture};
 use crate::shader::{Program, source};
 use crate::{Gpu, RenderError};
 
@@ -100,6 +100,23 @@ pub(crate) struct CasterKey {
     pub format: wgpu::TextureFormat,
     pub faces: CasterFaces,
     pub mirrored: bool,
+    /// Drawn for the camera, whose depth is reversed.
+    pub seen: bool,
+}
+
+/// A pass of the running blur.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct RunningKey {
+    pub format: wgpu::TextureFormat,
+    /// The second of two means, which turns rows into columns.
+    pub second: bool,
+}
+
+impl RunningKey {
+    /// Both means.
+    pub(crate) fn means(format: wgpu::TextureFormat) -> [Self; 2] {
+        [false, true].map(|second| Self { format, second })
+    }
 }
 
 /// Pipelines and layouts of shadow maps built so far.
@@ -107,6 +124,10 @@ pub(crate) struct CasterKey {
 pub(crate) struct ShadowPipelines {
     casters: HashMap<CasterKey, wgpu::RenderPipeline>,
     blurs: HashMap<(wgpu::TextureFormat, bool), wgpu::RenderPipeline>,
+    running: HashMap<RunningKey, wgpu::ComputePipeline>,
+    running_layouts: HashMap<wgpu::TextureFormat, wgpu::BindGroupLayout>,
+    volumes: HashMap<bool, wgpu::RenderPipeline>,
+    mask: Option<wgpu::RenderPipeline>,
     modules: HashMap<Program, wgpu::ShaderModule>,
     caster_layout: Option<wgpu::BindGroupLayout>,
     blur_layout: Option<wgpu::BindGroupLayout>,
@@ -116,6 +137,15 @@ pub(crate) struct ShadowPipelines {
 /// Whether f32 textures can be sampled with a linear filter.
 pub(crate) fn is_filterable(gpu: &Gpu) -> bool {
     gpu.device().features().contains(wgpu::Features::FLOAT32_FILTERABLE)
+}
+
+/// Depth with eight bits to count in.
+pub(crate) fn counting_format(gpu: &Gpu) -> wgpu::TextureFormat {
+    if gpu.device().features().contains(wgpu::Features::DEPTH32FLOAT_STENCIL8) {
+        wgpu::TextureFormat::Depth32FloatStencil8
+    } else {
+        wgpu::TextureFormat::Depth24PlusStencil8
+    }
 }
 
 const DYNAMIC_UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
@@ -130,7 +160,11 @@ const fn array_texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingTyp
 
 impl ShadowPipelines {
     pub(crate) fn len(&self) -> usize {
-        self.casters.len() + self.blurs.len()
+        self.casters.len()
+            + self.blurs.len()
+            + self.running.len()
+            + self.volumes.len()
+            + usize::from(self.mask.is_some())
     }
 
     pub(crate) fn module_count(&self) -> usize {
@@ -175,13 +209,12 @@ impl ShadowPipelines {
                 layout_entry(1, wgpu::ShaderStages::FRAGMENT, wgpu::BindingType::Sampler(filtering)),
             ];
             for (index, kind) in set.iter().enumerate() {
-                let sample_type = if kind.filter.has_moments() {
-                    wgpu::TextureSampleType::Float { filterable }
-                } else {
-                    wgpu::TextureSampleType::Depth
+                let kind = match kind.filter {
+                    ShadowFilter::Volume => texture(false),
+                    filter if filter.has_moments() => array_texture(wgpu::TextureSampleType::Float { filterable }),
+                    _ => array_texture(wgpu::TextureSampleType::Depth),
                 };
-                let binding = super::glue::map_binding(index);
-                entries.push(layout_entry(binding, wgpu::ShaderStages::FRAGMENT, array_texture(sample_type)));
+                entries.push(layout_entry(super::glue::map_binding(index), wgpu::ShaderStages::FRAGMENT, kind));
             }
             layout(gpu, "shadows", &entries)
         })
@@ -275,7 +308,11 @@ impl ShadowPipelines {
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: if is_depth { key.format } else { crate::pipelines::DEPTH_FORMAT },
                 depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Less),
+                depth_compare: Some(if key.seen {
+                    wgpu::CompareFunction::Greater
+                } else {
+                    wgpu::CompareFunction::Less
+                }),
                 stencil: wgpu::StencilState::default(),
                 bias: wgpu::DepthBiasState::default(),
             }),
@@ -290,6 +327,185 @@ impl ShadowPipelines {
             cache: None,
         });
         self.casters.insert(key, pipeline);
+        Ok(())
+    }
+
+    pub(crate) fn volume(&self, mirrored: bool) -> Option<&wgpu::RenderPipeline> {
+        self.volumes.get(&mirrored)
+    }
+
+    pub(crate) fn mask(&self) -> Option<&wgpu::RenderPipeline> {
+        self.mask.as_ref()
+    }
+
+    pub(crate) fn running(&self, key: &RunningKey) -> Option<&wgpu::ComputePipeline> {
+        self.running.get(key)
+    }
+
+    /// Layout of the bind group of a running blur's pass, once it was asked for.
+    pub(crate) fn built_running_layout(&self, format: wgpu::TextureFormat) -> Option<&wgpu::BindGroupLayout> {
+        self.running_layouts.get(&format)
+    }
+
+    /// Makes sure that the pipelines of a running blur are built.
+    pub(crate) fn ensure_running(
+        &mut self,
+        gpu: &Gpu,
+        filter: ShadowFilter,
+        format: wgpu::TextureFormat,
+    ) -> Result<(), RenderError> {
+        for key in RunningKey::means(format) {
+            if self.running.contains_key(&key) {
+                continue;
+            }
+            let module = self.module(gpu, Program::RunningBlur(filter))?;
+            let group = self.running_layouts.entry(format).or_insert_with(|| {
+                let compute = wgpu::ShaderStages::COMPUTE;
+                let target = wgpu::BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::WriteOnly,
+                    format,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                };
+                let moments = array_texture(wgpu::TextureSampleType::Float { filterable: false });
+                layout(
+                    gpu,
+                    "running blur",
+                    &[
+                        layout_entry(0, compute, moments),
+                        layout_entry(1, compute, DYNAMIC_UNIFORM),
+                        layout_entry(2, compute, target),
+                    ],
+                )
+            });
+            let pipeline_layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("running blur"),
+                bind_group_layouts: &[Some(group)],
+                immediate_size: 0,
+            });
+            let constants = [("SECOND", f64::from(u8::from(key.second)))];
+            let pipeline = gpu.device().create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("running blur"),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some("blur"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..wgpu::PipelineCompilationOptions::default()
+                },
+                cache: None,
+            });
+            self.running.insert(key, pipeline);
+        }
+        Ok(())
+    }
+
+    /// Makes sure that the pipelines of shadow volumes are built.
+    pub(crate) fn ensure_volume(
+        &mut self,
+        gpu: &Gpu,
+        frame_layout: &wgpu::BindGroupLayout,
+        mirrored: bool,
+    ) -> Result<(), RenderError> {
+        let format = counting_format(gpu);
+        let mask_target = [Some(wgpu::ColorTargetState {
+            format: wgpu::TextureFormat::R8Unorm,
+            blend: None,
+            write_mask: wgpu::ColorWrites::ALL,
+        })];
+        if !self.volumes.contains_key(&mirrored) {
+            let module = self.module(gpu, Program::Extrude)?;
+            let view = self.caster_layout(gpu).clone();
+            let pipeline_layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("shadow volume"),
+                bind_group_layouts: &[Some(frame_layout), None, Some(&view)],
+                immediate_size: 0,
+            });
+            let count = |depth_fail_op| wgpu::StencilFaceState {
+                compare: wgpu::CompareFunction::Always,
+                fail_op: wgpu::StencilOperation::Keep,
+                depth_fail_op,
+                pass_op: wgpu::StencilOperation::Keep,
+            };
+            let attribute = |format, offset, shader_location| wgpu::VertexAttribute { format, offset, shader_location };
+            let corner = [attribute(wgpu::VertexFormat::Float32x4, 0, 0)];
+            let rows: Vec<_> =
+                (0..3).map(|row| attribute(wgpu::VertexFormat::Float32x4, 16 * u64::from(row), 8 + row)).collect();
+            let buffer = |array_stride, step_mode, attributes| {
+                Some(wgpu::VertexBufferLayout { array_stride, step_mode, attributes })
+            };
+            let pipeline = gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("shadow volume"),
+                layout: Some(&pipeline_layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[
+                        buffer(16, wgpu::VertexStepMode::Vertex, &corner),
+                        buffer(size_of::<Instance>() as u64, wgpu::VertexStepMode::Instance, &rows),
+                    ],
+                },
+                primitive: wgpu::PrimitiveState {
+                    front_face: if mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
+                    ..wgpu::PrimitiveState::default()
+                },
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    format,
+                    depth_write_enabled: Some(false),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: wgpu::StencilState {
+                        front: count(wgpu::StencilOperation::DecrementWrap),
+                        back: count(wgpu::StencilOperation::IncrementWrap),
+                        read_mask: 0xff,
+                        write_mask: 0xff,
+                    },
+                    // A few roundings behind the surface that they start from. By slope it would move the shadow's edge.
+                    bias: wgpu::DepthBiasState { constant: -16, slope_scale: 0.0, clamp: 0.0 },
+                }),
+                multisample: wgpu::MultisampleState::default(),
+                fragment: None,
+                multiview_mask: None,
+                cache: None,
+            });
+            self.volumes.insert(mirrored, pipeline);
+        }
+        if self.mask.is_none() {
+            let module = self.module(gpu, Program::Mask)?;
+            let pipeline_layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("shadow mask"),
+                bind_group_layouts: &[],
+                immediate_size: 0,
+            });
+            let uncounted =
+                wgpu::StencilFaceState { compare: wgpu::CompareFunction::Equal, ..wgpu::StencilFaceState::IGNORE };
+            self.mask = Some(gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("shadow mask"),
+                layout: Some(&pipeline_layout),
+                vertex: wgpu::VertexState {
+                    module: &module,
+                    entry_point: Some("vertex"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    buffers: &[],
+                },
+                primitive: wgpu::PrimitiveState::default(),
+                depth_stencil: Some(wgpu::DepthStencilState {
+                    format,
+                    depth_write_enabled: Some(false),
+                    depth_compare: Some(wgpu::CompareFunction::Always),
+                    stencil: wgpu::StencilState { front: uncounted, back: uncounted, read_mask: 0xff, write_mask: 0 },
+                    bias: wgpu::DepthBiasState::default(),
+                }),
+                multisample: wgpu::MultisampleState::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module: &module,
+                    entry_point: Some("fragment"),
+                    compilation_options: wgpu::PipelineCompilationOptions::default(),
+                    targets: &mask_target,
+                }),
+                multiview_mask: None,
+                cache: None,
+            }));
+        }
         Ok(())
     }
 

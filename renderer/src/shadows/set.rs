@@ -53,15 +53,16 @@ impl ShadowSet {
             kernel,
             light,
         };
-        let drawn =
-            || aam_scene::ShadowTechnique::all().into_iter().filter(|technique| super::is_mapped(technique.filter));
-        let mut sets: Vec<Self> =
-            drawn().map(|technique| Self::new([kind(technique, PcfKernel::Tent, Some(0))], false, true)).collect();
+        let drawn = aam_scene::ShadowTechnique::all;
+        let mut sets: Vec<Self> = drawn()
+            .into_iter()
+            .map(|technique| Self::new([kind(technique, PcfKernel::Tent, Some(0))], false, true))
+            .collect();
         let one = |filter| aam_scene::ShadowTechnique::one(filter);
         for kernel in [PcfKernel::Box, PcfKernel::Gaussian, PcfKernel::Poisson] {
             sets.push(Self::new([kind(one(ShadowFilter::Pcf), kernel, None)], false, false));
         }
-        let all = drawn().filter(|technique| technique.layout == ShadowLayout::One);
+        let all = drawn().into_iter().filter(|technique| technique.layout == ShadowLayout::One);
         sets.push(Self::new(all.map(|technique| kind(technique, PcfKernel::Box, None)), true, false));
         sets
     }

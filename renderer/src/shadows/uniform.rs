@@ -46,7 +46,8 @@ pub(crate) struct GpuSource {
     view_count: f32,
     ends: Vec4,
     blend: f32,
-    padding: [f32; 3],
+    number: f32,
+    padding: [f32; 2],
 }
 
 /// `CasterView` in `shaders/shadow_caster.wgsl`.
@@ -97,11 +98,17 @@ fn is_radial(settings: &ShadowSettings, placement: &Placement) -> bool {
 
 impl GpuSource {
     /// Nothing is inside: everything is lit.
-    pub(crate) fn nowhere() -> Self {
-        Self { texels: 1.0, ..Self::zeroed() }
+    pub(crate) fn nowhere(number: usize) -> Self {
+        Self { texels: 1.0, number: number as f32, ..Self::zeroed() }
     }
 
-    pub(crate) fn new(settings: &ShadowSettings, placement: &Placement, light: Option<&Light>, eye: Vec3) -> Self {
+    pub(crate) fn new(
+        number: usize,
+        settings: &ShadowSettings,
+        placement: &Placement,
+        light: Option<&Light>,
+        eye: Vec3,
+    ) -> Self {
         let eye = eye.as_dvec3();
         let mut views = [GpuView::zeroed(); MAX_VIEWS];
         for (gpu, view) in views.iter_mut().zip(&placement.views) {
@@ -143,7 +150,8 @@ impl GpuSource {
             view_count: placement.views.len() as f32,
             ends,
             blend: settings.blend,
-            padding: [0.0; 3],
+            number: number as f32,
+            padding: [0.0; 2],
         }
     }
 }
@@ -174,6 +182,25 @@ impl GpuCasterView {
             far: view.far as f32,
             exponent: warp.exponent,
             shift: warp.shift,
+        }
+    }
+}
+
+impl GpuCasterView {
+    /// What the camera sees.
+    pub(crate) fn of_camera(clip: Mat4) -> Self {
+        Self { clip, ..Self::zeroed() }
+    }
+
+    /// `Source` in `shaders/shadow_extrude.wgsl`.
+    pub(crate) fn of_volume(clip: Mat4, placement: &Placement, reach: f32, eye: Vec3) -> Self {
+        let origin = if placement.perspective { placement.origin - eye.as_dvec3() } else { placement.origin };
+        Self {
+            clip,
+            origin: origin.as_vec3(),
+            radial: f32::from(u8::from(placement.perspective)),
+            near: reach,
+            ..Self::zeroed()
         }
     }
 }

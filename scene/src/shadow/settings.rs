@@ -172,7 +172,7 @@ words! {
     BlurKind {
         /// Gaussian with a standard deviation of a third of the radius, in two passes of `2·radius + 1` samples.
         Gaussian = "gaussian",
-        /// Three means of equal weights with the Gaussian's variance, by running sums: the cost does not grow with the
+        /// Two means of equal weights with about the Gaussian's variance, by running sums: the cost does not grow with the
         /// radius.
         Running = "running",
     }
