@@ -93,8 +93,11 @@ impl SourceList {
             });
             list.indices.push(index);
         }
-        let masked = shadows.receivers != aam_scene::Members::All && !kinds.is_empty();
-        list.set = ShadowSet::new(kinds, masked, filterable);
+        // Without sources shaders are those of a scene without shadows.
+        if !kinds.is_empty() {
+            let masked = shadows.receivers != aam_scene::Members::All;
+            list.set = ShadowSet::new(kinds, masked, filterable);
+        }
         list
     }
 }
@@ -260,11 +263,11 @@ impl ShadowTable {
         let around = Surroundings { lights, up: scene.up, view, boxes: &taking_part };
         let camera_clip = clip_from_world(view);
 
+        let mut changed = self.maps.len() != sources.indices.len();
         self.maps.resize_with(sources.indices.len(), || None);
         let mut uniforms = Vec::new();
         let mut caster_views: Vec<GpuCasterView> = Vec::new();
         let mut blurs = Vec::new();
-        let mut changed = false;
         for (slot, &index) in sources.indices.iter().enumerate() {
             let source = &shadows.sources[index];
             let settings = source.settings;

@@ -11,4 +11,5 @@ mod layers;
 mod lighting;
 mod overlays;
 mod robustness;
+mod shadows;
 mod transparency;
