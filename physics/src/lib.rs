@@ -13,9 +13,11 @@
 
 mod background;
 mod collider;
+mod contact;
 mod error;
 mod film;
 mod friction;
+mod grab;
 mod joint;
 mod mesh;
 mod moments;
@@ -26,11 +28,12 @@ mod simulator;
 mod world;
 
 pub use background::{Background, Collected};
+pub use contact::Contact;
 pub use error::{Divergence, PhysicsError, What};
 pub use film::Film;
 pub use joint::{Joint, JointKind};
 pub use mesh::{Material, PhysicsMesh, Shape, physics_meshes};
 pub use moments::Moments;
-pub use pose::{Pose, Poses};
+pub use pose::{Places, Pose, Poses};
 pub use settings::{Continuous, Settings};
 pub use simulator::{BodyState, Registration, Simulator};
