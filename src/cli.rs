@@ -8,6 +8,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, ValueHint};
 use glam::Vec3;
 
 use crate::args::{self, Background, CodeParser, Size, TextureFor};
+use crate::verb::tune::TuneArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -18,7 +19,8 @@ Examples:
 
 Exit codes:
   0    done
-  1    `check` found errors, `fmt --check` found a file that is not canonical, or what `simulate` simulated broke
+  1    `check` found errors, `fmt --check` found a file that is not canonical, what `simulate`
+       simulated broke, or `tune` found nothing that is good enough
   2    it could not be done: wrong arguments, a file that cannot be read or written
   101  a mistake in this program
 
@@ -57,6 +59,8 @@ pub(crate) enum Verb {
     View(ViewArgs),
     /// Let the bodies of a file fall, collide and come to rest
     Simulate(SimulateArgs),
+    /// Find the cheapest settings that are accurate enough for a file
+    Tune(TuneArgs),
     /// Show what a file holds
     Info(InfoArgs),
     /// Find what is wrong in AAM files
@@ -593,6 +597,7 @@ mod tests {
             &["aam", "render", "a", "-o", "b"],
             &["aam", "view", "a"],
             &["aam", "simulate", "a"],
+            &["aam", "tune", "--physics", "a"],
             &["aam", "check", "a"],
             &["aam", "fmt", "a"],
         ] {
@@ -604,6 +609,7 @@ mod tests {
                     Verb::View(args) => args.read.limits.limits(),
                     Verb::Info(args) => args.read.limits.limits(),
                     Verb::Simulate(args) => args.read.limits.limits(),
+                    Verb::Tune(args) => args.read.limits.limits(),
                     Verb::Check(args) => args.limits.limits(),
                     Verb::Fmt(args) => args.limits.limits(),
                     Verb::Completions(_) => unreachable!("it reads nothing"),

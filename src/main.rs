@@ -32,6 +32,7 @@ fn main() -> ExitCode {
         Verb::Render(args) => verb::render::run(args, &terminal),
         Verb::View(args) => verb::view::run(args, &terminal),
         Verb::Simulate(args) => verb::simulate::run(args, &terminal),
+        Verb::Tune(args) => verb::tune::run(args, &terminal),
         Verb::Info(args) => verb::info::run(args, &terminal),
         Verb::Check(args) => verb::check::run(args, &terminal),
         Verb::Fmt(args) => verb::fmt::run(args, &terminal),

@@ -112,7 +112,7 @@ impl World {
             };
             let bits = split.stretch.to_cols_array().map(|value| (value as f32 + 0.0).to_bits().into());
             let shape = shapes.entry((Arc::as_ptr(mesh).addr(), bits));
-            match shape.or_insert_with(|| collider(&mesh.shape, &split.stretch)) {
+            match shape.or_insert_with(|| collider(&mesh.shape, mesh.mode, &split.stretch)) {
                 Ok(made) => ready.push((node, mesh, split, made.clone())),
                 Err(reason) => findings.push(refused(reason)),
             }

@@ -7,4 +7,5 @@ pub(crate) mod fmt;
 pub(crate) mod info;
 pub(crate) mod render;
 pub(crate) mod simulate;
+pub(crate) mod tune;
 pub(crate) mod view;

@@ -10,7 +10,7 @@ use crate::model::Action;
 const FLIGHT: f32 = 0.8;
 const FAST: f32 = 4.0;
 
-const PRESSED: [(Key, Action); 26] = [
+const PRESSED: [(Key, Action); 32] = [
     (Key::F, Action::Fit),
     (Key::Home, Action::Fit),
     (Key::Num1, Action::LookFrom(Side::Front)),
@@ -26,6 +26,12 @@ const PRESSED: [(Key, Action); 26] = [
     (Key::N, Action::Normals),
     (Key::B, Action::Bounds),
     (Key::K, Action::Hulls),
+    (Key::V, Action::Explode),
+    (Key::M, Action::Contacts),
+    (Key::Z, Action::Sleeping),
+    (Key::G, Action::Simulate),
+    (Key::J, Action::SimulateStep),
+    (Key::Backspace, Action::SimulateReset),
     (Key::Space, Action::PlayPause),
     (Key::Comma, Action::Step(-1)),
     (Key::Period, Action::Step(1)),

@@ -15,6 +15,7 @@ use glam::Affine3A;
 use crate::eye::{Eye, Side};
 use crate::load::Loader;
 use crate::playback::Playback;
+use crate::simulation::Simulation;
 use crate::watch::Watch;
 use crate::{Opened, Options, Saver, pose};
 
@@ -33,6 +34,12 @@ pub(crate) enum Action {
     Normals,
     Bounds,
     Hulls,
+    Explode,
+    Contacts,
+    Sleeping,
+    Simulate,
+    SimulateStep,
+    SimulateReset,
     PlayPause,
     Step(isize),
     Save,
@@ -43,6 +50,9 @@ pub(crate) enum Action {
     Quit,
 }
 
+/// What outlines were made for: the file, its frame, the simulation's poses, and how far parts stand apart.
+type OutlineKey = (u64, usize, u64, u32);
+
 /// What is drawn beside the scene itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Display {
@@ -51,6 +61,10 @@ pub(crate) struct Display {
     pub(crate) normals: bool,
     pub(crate) bounds: bool,
     pub(crate) hulls: bool,
+    /// How far the parts of collision shapes stand apart, from 0; above, they are drawn in place of the objects.
+    pub(crate) explode: f32,
+    pub(crate) contacts: bool,
+    pub(crate) sleeping: bool,
 }
 
 /// What is kept over a reload because the user changed it.
@@ -91,6 +105,7 @@ pub(crate) struct Model {
     pub(crate) eye: Eye,
     pub(crate) display: Display,
     pub(crate) playback: Playback,
+    pub(crate) simulation: Simulation,
     pub(crate) selected: Option<NodeId>,
     edited: Edited,
     pub(crate) unsaved: bool,
@@ -100,7 +115,7 @@ pub(crate) struct Model {
     pub(crate) stats: FrameStats,
     /// Width over height of the picture.
     pub(crate) aspect: f32,
-    outlines: Option<(u64, usize, Option<Arc<Shape>>)>,
+    outlines: Option<(OutlineKey, Vec<Arc<Shape>>)>,
     /// Frames still to be drawn until timings of the GPU are there: they come late.
     settling: u8,
 }
@@ -128,6 +143,7 @@ impl Model {
             eye: Eye::new(scene.up, Aabb::EMPTY, 1.5),
             display: Display::default(),
             playback: Playback::default(),
+            simulation: Simulation::default(),
             selected: None,
             edited: Edited::default(),
             unsaved: false,
@@ -168,6 +184,7 @@ impl Model {
         match finished.result {
             Ok(mut opened) => {
                 self.problem = None;
+                self.simulation.reset();
                 self.original = opened.scene.clone();
                 if finished.reload {
                     self.carry_over(&mut opened);
@@ -271,7 +288,9 @@ impl Model {
 
     /// Node to world at the shown frame.
     pub(crate) fn world(&self) -> Vec<Affine3A> {
-        self.opened.as_ref().map_or_else(Vec::new, |opened| pose::world_at(&opened.scene, self.frame()))
+        let Some(opened) = &self.opened else { return Vec::new() };
+        let simulated = self.simulation.transforms(&opened.scene);
+        simulated.unwrap_or_else(|| pose::world_at(&opened.scene, self.frame()))
     }
 
     /// Does what was asked for, except [`Action::Screenshot`], [`Action::Panels`], [`Action::Help`] and
@@ -306,7 +325,27 @@ impl Model {
                     self.say("This file has no collision shapes.");
                 }
             }
-            Action::PlayPause => self.playback.playing = !self.playback.playing,
+            Action::Explode => {
+                self.display.explode = if self.display.explode > 0.0 { 0.0 } else { 1.0 };
+                self.display.hulls = self.display.explode > 0.0;
+                self.stale = true;
+            }
+            Action::Contacts => self.toggle(|display| &mut display.contacts),
+            Action::Sleeping => self.toggle(|display| &mut display.sleeping),
+            Action::Simulate => self.simulate(|simulation, opened| simulation.toggle(&opened.bodies, &opened.scene)),
+            Action::SimulateStep => self.simulate(|simulation, opened| simulation.step(&opened.bodies, &opened.scene)),
+            Action::SimulateReset => {
+                self.simulation.reset();
+                self.stale = true;
+            }
+            // Where nothing is animated, the keys of the time line are those of the simulation.
+            Action::PlayPause if !self.is_animated() && self.has_bodies() => self.act(Action::Simulate),
+            Action::Step(1) if !self.is_animated() && self.has_bodies() => self.act(Action::SimulateStep),
+            Action::PlayPause => {
+                self.simulation.reset();
+                self.stale = true;
+                self.playback.playing = !self.playback.playing;
+            }
             Action::Step(by) => {
                 if let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) {
                     self.playback.step(animation, by);
@@ -345,8 +384,38 @@ impl Model {
         self.stale = true;
     }
 
-    /// Lets time pass for the animation; true while it plays.
+    fn simulate(&mut self, act: impl FnOnce(&mut Simulation, &Opened) -> Result<Option<String>, String>) {
+        let Some(opened) = &self.opened else { return };
+        self.playback = Playback::default();
+        match act(&mut self.simulation, opened) {
+            Ok(Some(said)) | Err(said) => self.complain(said),
+            Ok(None) => {}
+        }
+        self.stale = true;
+    }
+
+    /// Whether the file has a time line.
+    pub(crate) fn is_animated(&self) -> bool {
+        let animation = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref());
+        animation.is_some_and(|animation| animation.frame_count > 1)
+    }
+
+    /// Whether the file has something to simulate.
+    pub(crate) fn has_bodies(&self) -> bool {
+        self.opened.as_ref().is_some_and(|opened| !opened.bodies.is_empty())
+    }
+
+    /// Lets time pass for the simulation and the animation; true while one of them plays.
     pub(crate) fn advance(&mut self, time: Duration) -> bool {
+        let advanced = self.simulation.advance(time, self.display.contacts);
+        self.stale |= advanced.moved;
+        if let Some(reason) = advanced.stopped {
+            self.complain(reason);
+        }
+        self.advance_animation(time) || advanced.again
+    }
+
+    fn advance_animation(&mut self, time: Duration) -> bool {
         let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) else {
             return false;
         };

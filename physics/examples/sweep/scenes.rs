@@ -31,22 +31,22 @@ fn worked() -> f64 {
     nanoseconds.map_or_else(|| START.elapsed().as_secs_f64(), |nanoseconds| 1e-9 * nanoseconds)
 }
 
-/// So long a simulation is repeated from its start to measure its cost, in seconds.
-const MEASURED: f64 = 0.1;
-const REPEATS: usize = 20;
+/// A simulation is repeated from its start until it has worked so many seconds: the system's count goes by ticks.
+const MEASURED: f64 = 0.2;
+const REPEATS: u32 = 400;
+/// Less work than this is not measured well enough to be told.
+const MEASURABLE: f64 = 0.02;
 
-/// Adds the cost in milliseconds for each of `count` seconds or steps: the least of several runs.
-fn add_cost(add: &mut Add<'_>, sweep: &str, variant: &str, x: f64, count: f64, mut spent: impl FnMut() -> f64) {
-    let (mut all, mut least) = (0.0, f64::INFINITY);
-    for _ in 0..REPEATS {
-        let spent = spent();
-        all += spent;
-        least = least.min(spent);
-        if all > MEASURED {
-            break;
-        }
+/// Adds the mean cost in milliseconds for each of `count` seconds or steps.
+fn add_cost(add: &mut Add<'_>, sweep: &str, variant: &str, x: f64, count: f64, spent: impl Fn() -> f64) {
+    let (mut all, mut runs) = (0.0, 0);
+    while all < MEASURED && runs < REPEATS {
+        all += spent();
+        runs += 1;
     }
-    add(sweep, variant, x, 1e3 * least / count);
+    if all > MEASURABLE {
+        add(sweep, variant, x, 1e3 * all / (f64::from(runs) * count));
+    }
 }
 
 /// Steps for a time; false if it was stopped. Gives the seconds of work that it took.

@@ -20,7 +20,17 @@ const KEYS: [Group; 4] = [
             ("O", "perspective or orthographic"),
         ],
     ),
-    ("Time", &[("Space", "play or pause"), (",  .", "one frame back or on")]),
+    (
+        "Time",
+        &[
+            ("Space", "play or pause the animation, or the simulation"),
+            (",  .", "one frame back or on"),
+            ("G", "simulate the bodies, or pause"),
+            ("J", "one step of the simulation"),
+            ("Backspace", "everything back to where it was"),
+            ("Ctrl drag", "pull a body"),
+        ],
+    ),
     (
         "Show",
         &[
@@ -29,6 +39,9 @@ const KEYS: [Group; 4] = [
             ("N", "normals"),
             ("B", "bounds"),
             ("K", "collision hulls"),
+            ("V", "collision hulls, apart"),
+            ("M", "contacts of the simulation"),
+            ("Z", "which bodies sleep"),
             ("T", "panels"),
         ],
     ),
