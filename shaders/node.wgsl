@@ -11,6 +11,10 @@ struct NodeInput {
     @location(12) normal_y: vec3f,
     @location(13) normal_z: vec3f,
 #endif
+#if RECEIVERS
+    // 1 if shadows fall on it.
+    @location(14) receives: f32,
+#endif
 }
 
 // A position in the node's coordinates, relative to the eye in world axes.

@@ -23,6 +23,15 @@ fn falloff(light: Light, squared_distance: f32) -> f32 {
 #endif
 }
 
+// What is left of a light's diffuse and specular terms.
+fn shadowed(light: u32) -> f32 {
+#if SHADOWS
+    return unshadowed(light);
+#else
+    return 1.0;
+#endif
+}
+
 fn phong(position: vec3f, normal: vec3f) -> vec3f {
 #if SPECULAR
     let view = towards_eye(position);
@@ -32,18 +41,18 @@ fn phong(position: vec3f, normal: vec3f) -> vec3f {
     var sum = material.constant;
     for (var i = 0u; i < POINT_END; i++) {
         let offset = lights[i].place - position;
-        let factor = falloff(lights[i], dot(offset, offset));
+        let factor = falloff(lights[i], dot(offset, offset)) * shadowed(i);
         sum += reflected(lights[i], unit(offset), factor, normal, view);
     }
     for (var i = POINT_END; i < DIRECTIONAL_END; i++) {
-        sum += reflected(lights[i], lights[i].place, 1.0, normal, view);
+        sum += reflected(lights[i], lights[i].place, shadowed(i), normal, view);
     }
     for (var i = DIRECTIONAL_END; i < SPOT_END; i++) {
         let offset = lights[i].place - position;
         let towards = unit(offset);
         let cosine = dot(-towards, lights[i].direction);
         let cone = saturate((cosine - lights[i].cone_outer) * lights[i].cone_scale);
-        let factor = falloff(lights[i], dot(offset, offset)) * cone * cone;
+        let factor = falloff(lights[i], dot(offset, offset)) * cone * cone * shadowed(i);
         sum += reflected(lights[i], towards, factor, normal, view);
     }
     return sum;

@@ -7,6 +7,13 @@
 #if LIT
 #import phong
 #endif
+#if SHADOWS
+#import shadow_functions
+#endif
+#if SHOW_SHADOW
+// Position of the source in the shader's list.
+override SHOWN_SOURCE: u32 = 0u;
+#endif
 
 struct VertexInput {
     @location(0) position: vec3f,
@@ -29,7 +36,7 @@ struct VertexInput {
 
 struct Varyings {
     @builtin(position) clip: vec4f,
-#if LIT
+#if POSITION
     // Relative to the eye.
     @location(0) position: vec3f,
 #endif
@@ -55,6 +62,9 @@ struct Varyings {
     @location(7) @interpolate(flat, either) normal_y: vec3f,
     @location(8) @interpolate(flat, either) normal_z: vec3f,
 #endif
+#if RECEIVERS
+    @location(9) @interpolate(flat, either) receives: f32,
+#endif
 }
 
 @vertex
@@ -62,8 +72,11 @@ fn vertex(in: VertexInput, node: NodeInput) -> Varyings {
     var out: Varyings;
     let position = node_position(node, in.position);
     out.clip = frame.clip_from_relative * vec4f(position, 1.0);
-#if LIT
+#if POSITION
     out.position = position;
+#endif
+#if RECEIVERS
+    out.receives = node.receives;
 #endif
 #if VERTEX_NORMALS
 #if TANGENTS
@@ -124,6 +137,17 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
     t *= in.color;
 #endif
 
+#if SHADOWS
+    let receiver = receiver_at(in.position, in.clip.xy);
+#if RECEIVERS
+    if (in.receives > 0.0) {
+        find_shadows(receiver);
+    }
+#else
+    find_shadows(receiver);
+#endif
+#endif
+
     var color = vec3f(1.0);
 #if LIT
     color = phong(in.position, shading_normal(in, front));
@@ -140,6 +164,12 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
 #if SHOW_UV
     // Back to v = 0 at the bottom.
     color = vec3f(fract(vec2f(in.base_uv.x, 1.0 - in.base_uv.y)), 0.0);
+#endif
+#if SHOW_SHADOW
+#if SHADOWS
+    color = vec3f(shadow_of(SHOWN_SOURCE));
+#endif
+    t = vec4f(vec3f(1.0), t.a);
 #endif
 #if SHOW_NOTHING
     color = vec3f(0.2);

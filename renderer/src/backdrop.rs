@@ -56,7 +56,7 @@ impl Renderer {
         let texture = self.textures.ensure(uploader, image, name, meaning, self.picture, warnings)?;
         let encode = !linear && matches!(image.pixels, Pixels::RgbF32(_));
         let key = PipelineKey::new(Program::Background { encode }, pass);
-        self.pipelines.ensure(&self.gpu, key)?;
+        self.pipelines.ensure(&self.gpu, key, None)?;
         let device = self.gpu.device();
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some(name),

@@ -37,6 +37,26 @@ impl FrameUniform {
     }
 }
 
+/// World to clip space, depth 0 to 1; `None` if the far plane is at infinity.
+pub(crate) fn clip_from_world(view: &View) -> Option<DMat4> {
+    let camera = &view.camera;
+    let matrix = reversed_projection(camera, f64::from(view.aspect())) * camera.view().as_dmat4();
+    (matrix.is_finite() && camera.far.is_finite()).then_some(matrix)
+}
+
+/// Eye-relative world to clip space for shadow volumes, which end beyond anything: at infinity, or for a camera without
+/// perspective at this distance from the eye.
+pub(crate) fn boundless_clip(view: &View, reach: f32) -> Mat4 {
+    let far = match view.camera.projection {
+        Projection::Perspective { .. } => f32::INFINITY,
+        Projection::Orthographic { .. } => view.camera.far.max(reach),
+    };
+    let camera = Camera { far, ..view.camera.clone() };
+    let mut rotation = camera.view().as_dmat4();
+    rotation.w_axis = DVec4::W;
+    (reversed_projection(&camera, f64::from(view.aspect())) * rotation).as_mat4()
+}
+
 /// The unit vector in which the camera looks.
 pub(crate) fn view_direction(camera: &Camera) -> Vec3 {
     -camera.view().row(2).truncate()

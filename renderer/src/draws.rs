@@ -13,6 +13,7 @@ use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
 use crate::pipelines::{Constants, PassFormat, PipelineKey, Pipelines, Slot, surface_slots};
 use crate::shader::{AlphaMode, ColorSource, NormalSource, Program, Surface, Variant};
+use crate::shadows::ShadowSet;
 use crate::textures::{TextureKey, TextureTable};
 use crate::upload::Uploader;
 use crate::{RenderError, Show};
@@ -25,6 +26,8 @@ pub(crate) struct Instance {
     pub rows: [[f32; 4]; 3],
     /// Columns of its inverse transpose, up to a positive factor.
     pub normals: [[f32; 3]; 3],
+    /// 1 if shadows fall on it.
+    pub receives: f32,
 }
 
 impl Instance {
@@ -32,7 +35,11 @@ impl Instance {
         let rows = [0, 1, 2].map(|row| {
             [world.matrix3.x_axis[row], world.matrix3.y_axis[row], world.matrix3.z_axis[row], world.translation[row]]
         });
-        Self { rows, normals: normal_matrix(world).to_cols_array_2d().map(|column| column.map(|c| c as f32)) }
+        Self {
+            rows,
+            normals: normal_matrix(world).to_cols_array_2d().map(|column| column.map(|c| c as f32)),
+            receives: 1.0,
+        }
     }
 }
 
@@ -74,6 +81,11 @@ impl Batch {
         }
     }
 
+    /// The layer of its first texture coordinates.
+    pub(crate) fn base_layer(&self) -> u8 {
+        self.uv_layers[0]
+    }
+
     /// Its vertex streams in the order of the pipeline's buffers.
     pub(crate) fn streams(&self) -> impl Iterator<Item = Stream> + use<> {
         streams(&self.variant, self.uv_layers)
@@ -113,12 +125,16 @@ pub(crate) struct DrawList {
     pub opaque: Vec<Batch>,
     /// In scene order.
     pub blended: Vec<Batch>,
+    /// Not to be seen in this picture, but seen by shadow sources.
+    pub unseen: Vec<Batch>,
 }
 
 /// What decides about shaders beside the scene.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mode {
     pub show: Show,
+    /// Sources that darken lit surfaces, or one of which is shown.
+    pub shadows: ShadowSet,
     pub linear: bool,
     /// Some light has a direction.
     pub lit: bool,
@@ -210,7 +226,11 @@ pub(crate) fn prepare(
                 (true, drawn.first_mirrored..drawn.instances.end),
             ];
             for (mirrored, instances) in halves.into_iter().filter(|(_, instances)| !instances.is_empty()) {
-                let batches = if variant.alpha.blend { &mut list.blended } else { &mut list.opaque };
+                let batches = match mode.show {
+                    Show::Shadow(_) if variant.alpha.blend => &mut list.unseen,
+                    _ if variant.alpha.blend => &mut list.blended,
+                    _ => &mut list.opaque,
+                };
                 batches.push(Batch {
                     variant,
                     mirrored,
@@ -311,7 +331,7 @@ fn resolve(
     let normal_texture = normal_map.map(|found| (found, Meaning::Vectors, Layer::Normal));
 
     let (variant, base, second) = match mode.show {
-        Show::Lit => {
+        Show::Lit | Show::Shadow(_) => {
             let diffuse_map = find(Layer::Diffuse);
             let opacity = opacity(material);
             let test = material.alpha_cutoff.is_some();
@@ -323,7 +343,9 @@ fn resolve(
             }
             let parameters = GpuMaterial::new(material, mode.linear, Vec3::ZERO, None, None);
             let specular = parameters.specular != Vec3::ZERO;
-            let surface = if light_map.is_some() {
+            let surface = if mode.show != Show::Lit {
+                Surface::ShowShadow
+            } else if light_map.is_some() {
                 Surface::LightMapped
             } else if mode.lit && (specular || parameters.diffuse != Vec3::ZERO) {
                 Surface::Lit { normal, specular, falloff: mode.falloff }
@@ -335,7 +357,15 @@ fn resolve(
                 (true, false) => ColorSource::Stored,
                 (true, true) => ColorSource::Decoded,
             };
-            let variant = Variant { surface, diffuse_map: diffuse_map.is_some(), color, alpha };
+            // What is shown of shadows has the surface's outline alone.
+            let cut = mode.show == Show::Lit || alpha != AlphaMode::OPAQUE;
+            let color = if cut { color } else { ColorSource::None };
+            let diffuse_map = diffuse_map.filter(|_| cut);
+            let shadows = match surface {
+                Surface::Lit { .. } | Surface::ShowShadow => mode.shadows,
+                _ => ShadowSet::NONE,
+            };
+            let variant = Variant { surface, diffuse_map: diffuse_map.is_some(), color, alpha, shadows };
             let base = diffuse_map.map(|found| (found, color_meaning, Layer::Diffuse));
             let second = match surface {
                 Surface::LightMapped => light_map.map(|found| (found, color_meaning, Layer::LightMap)),

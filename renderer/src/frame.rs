@@ -9,6 +9,7 @@ use crate::materials::bind;
 use crate::overlay::OverlayDraw;
 use crate::pipelines::{Constants, DEPTH_FORMAT, PassFormat, PipelineKey};
 use crate::shader::Program;
+use crate::shadows::{CasterSources, FrameShadows, SourceList};
 use crate::targets::TargetKey;
 use crate::timing::{Stamps, Timing};
 use crate::{Alpha, FrameStats, RenderError, RenderOptions, Renderer, Target};
@@ -18,6 +19,8 @@ use crate::{Alpha, FrameStats, RenderError, RenderOptions, Renderer, Target};
 pub(crate) struct Frame {
     pub list: DrawList,
     pub overlays: Vec<OverlayDraw>,
+    pub sources: SourceList,
+    pub shadows: FrameShadows,
     pub backdrop: Backdrop,
     pub format: PassFormat,
     pub constants: Constants,
@@ -50,10 +53,12 @@ impl Renderer {
 
     /// Builds the pipelines that are not there yet.
     pub(crate) fn build_pipelines(&mut self, frame: &Frame) -> Result<(), RenderError> {
+        let shadows = &frame.sources.set;
+        let receiving = (!shadows.is_empty()).then(|| self.shadows.pipelines.receiver_layout(&self.gpu, shadows));
         for batch in frame.list.opaque.iter().chain(&frame.list.blended) {
-            self.pipelines.ensure(&self.gpu, batch.pipeline(frame.format, frame.constants))?;
+            self.pipelines.ensure(&self.gpu, batch.pipeline(frame.format, frame.constants), receiving)?;
         }
-        frame.overlays.iter().try_for_each(|draw| self.pipelines.ensure(&self.gpu, draw.pipeline))
+        frame.overlays.iter().try_for_each(|draw| self.pipelines.ensure(&self.gpu, draw.pipeline, None))
     }
 
     /// Records and submits the passes of a frame.
@@ -90,6 +95,20 @@ impl Renderer {
 
         let mut encoder =
             self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
+        if !frame.shadows.is_empty() {
+            let casters = CasterSources {
+                gpu: &self.gpu,
+                scene,
+                list: &frame.list,
+                meshes: &self.meshes,
+                materials: &self.materials,
+                instances: self.instances.get(),
+                frame_group: self.frame_group.as_ref(),
+                timing: self.timing.as_ref(),
+                picture,
+            };
+            self.shadows.record(&frame.shadows, &casters, &mut self.targets, &mut encoder, stamps.as_mut(), stats);
+        }
         self.record_picture(scene, frame, &attachments, &mut encoder, stamps.as_mut(), stats);
         if let Some(intermediate) = &intermediate {
             self.record_present(frame.linear, intermediate, target, &mut encoder, stamps.as_mut())?;
@@ -171,6 +190,9 @@ impl Renderer {
         }
         let Some(group) = self.frame_group.as_ref().filter(|_| frame.format.depth) else { return };
         pass.set_bind_group(0, group, &[]);
+        if let Some(group) = self.shadows.group().filter(|_| !frame.sources.set.is_empty()) {
+            pass.set_bind_group(2, group, &[]);
+        }
         let sources = Sources {
             scene,
             list: &frame.list,
@@ -212,7 +234,7 @@ impl Renderer {
         };
         let pass = PassFormat { color: target.format, samples: 1, depth: false };
         let key = PipelineKey::new(program, pass);
-        self.pipelines.ensure(&self.gpu, key)?;
+        self.pipelines.ensure(&self.gpu, key, None)?;
         let group = self.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("present"),
             layout: self.pipelines.texel_layout(&self.gpu),

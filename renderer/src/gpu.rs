@@ -135,7 +135,10 @@ impl Gpu {
 
     /// What the renderer asks an adapter for: all its limits, and the optional features that a frame makes use of.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
-        let wanted = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
+            | wgpu::Features::FLOAT32_FILTERABLE
+            | wgpu::Features::DEPTH32FLOAT_STENCIL8;
         wgpu::DeviceDescriptor {
             label: Some("aam"),
             required_features: adapter.features() & wanted,

@@ -43,6 +43,8 @@ pub(crate) struct PackedLights {
     pub falloff: bool,
     /// Sum of all ambient colours.
     pub ambient: Vec3,
+    /// The place in the list of each of the scene's lights that is there.
+    pub order: Vec<Option<u8>>,
 }
 
 /// Packs a scene's lights, relative to the eye. Lights that shed only ambient light, or whose place is no place, count
@@ -51,10 +53,18 @@ pub(crate) fn pack(lights: &[Light], eye: Vec3) -> Result<PackedLights, RenderEr
     if lights.len() > MAX_LIGHTS {
         return Err(RenderError::TooManyLights { count: lights.len() });
     }
-    let mut packed =
-        PackedLights { list: GpuLights::zeroed(), ends: LightEnds::default(), falloff: false, ambient: Vec3::ZERO };
+    let mut packed = PackedLights {
+        list: GpuLights::zeroed(),
+        ends: LightEnds::default(),
+        falloff: false,
+        ambient: Vec3::ZERO,
+        order: vec![None; lights.len()],
+    };
     let mut by_kind: [Vec<GpuLight>; 3] = Default::default();
-    for light in lights {
+    // Kind and place among its like.
+    let mut places: Vec<(usize, usize, usize)> = Vec::new();
+    for (number, light) in lights.iter().enumerate() {
+        let before = [0, 1, 2].map(|kind: usize| by_kind[kind].len());
         packed.ambient += color(light.ambient);
         let base = GpuLight { diffuse: color(light.diffuse), specular: color(light.specular), ..Default::default() };
         if base.diffuse == Vec3::ZERO && base.specular == Vec3::ZERO {
@@ -82,6 +92,8 @@ pub(crate) fn pack(lights: &[Light], eye: Vec3) -> Result<PackedLights, RenderEr
             }
             LightKind::Point { .. } | LightKind::Spot { .. } => {}
         }
+        let added = (0..3).find(|&kind| by_kind[kind].len() > before[kind]);
+        places.extend(added.map(|kind| (number, kind, before[kind])));
     }
     let mut count = 0;
     let mut place = |kind: &[GpuLight]| {
@@ -91,6 +103,10 @@ pub(crate) fn pack(lights: &[Light], eye: Vec3) -> Result<PackedLights, RenderEr
     };
     let [point, directional, spot] = &by_kind;
     packed.ends = LightEnds { point: place(point), directional: place(directional), spot: place(spot) };
+    let starts = [0, packed.ends.point, packed.ends.directional];
+    for (number, kind, place) in places {
+        packed.order[number] = u8::try_from(starts[kind] as usize + place).ok();
+    }
     Ok(packed)
 }
 
@@ -139,6 +155,7 @@ mod tests {
         assert_eq!(packed.ends, LightEnds { point: 2, directional: 4, spot: 4 });
         let places: [Vec3; 4] = std::array::from_fn(|light| packed.list[light].place);
         assert_eq!(places, [Vec3::ZERO, Vec3::new(0.0, -1.0, -1.0), Vec3::NEG_X, Vec3::NEG_Z]);
+        assert_eq!(packed.order, [Some(2), Some(0), Some(3), Some(1)]);
         assert!(!packed.falloff);
     }
 

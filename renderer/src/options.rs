@@ -47,6 +47,9 @@ pub enum Show {
     Layer(Layer),
     /// The world-space shading normal n as the colour (n + 1) / 2.
     Normals,
+    /// How much of its light a shadow source lets through, from black to white: the source at this position in
+    /// [`aam_scene::Shadows::sources`].
+    Shadow(usize),
     /// Fractional part of a layer's texture coordinates, after the texture matrix, as red and green. Surfaces without
     /// them are dark grey.
     Uvs(Layer),
@@ -117,6 +120,9 @@ pub struct RenderOptions {
     pub overlays: Overlays,
     /// Largest ratio of a texture's anisotropic filter, 1 (off, the default) to 16.
     pub anisotropy: u16,
+    /// Draws shadow maps only where there is none from an earlier picture: for several pictures of one moment. Casters
+    /// that moved since leave their shadow behind.
+    pub keep_shadow_maps: bool,
     /// Measures GPU time where the device can.
     pub gpu_timing: bool,
 }
@@ -130,6 +136,7 @@ impl Default for RenderOptions {
             show: Show::default(),
             overlays: Overlays::default(),
             anisotropy: 1,
+            keep_shadow_maps: false,
             gpu_timing: true,
         }
     }

@@ -44,21 +44,28 @@ pub(crate) struct Constants {
     pub lights: LightEnds,
     /// The camera is orthographic.
     pub parallel: bool,
+    /// The shadow source that is shown, by its position in the shader's list.
+    pub shown_source: u32,
 }
 
 impl Constants {
     /// Those that a variant reads; the others make no further pipelines.
     pub(crate) fn read_by(self, variant: &Variant) -> Self {
         match variant.surface {
-            Surface::Lit { specular, .. } => Self { parallel: self.parallel && specular, ..self },
+            Surface::Lit { specular, .. } => Self { parallel: self.parallel && specular, shown_source: 0, ..self },
+            Surface::ShowShadow => Self { shown_source: self.shown_source, ..Self::default() },
             _ => Self::default(),
         }
     }
 
     /// Their names and values in WGSL.
     fn values(self, program: &Program) -> Vec<(&'static str, f64)> {
-        if !matches!(program, Program::Surface(Variant { surface: Surface::Lit { .. }, .. })) {
-            return Vec::new();
+        match program {
+            Program::Surface(Variant { surface: Surface::Lit { .. }, .. }) => {}
+            Program::Surface(Variant { surface: Surface::ShowShadow, .. }) => {
+                return vec![("SHOWN_SOURCE", f64::from(self.shown_source))];
+            }
+            _ => return Vec::new(),
         }
         vec![
             ("PARALLEL", f64::from(u8::from(self.parallel))),
@@ -155,7 +162,12 @@ impl Pipelines {
     }
 
     /// Makes sure that a pipeline is built.
-    pub(crate) fn ensure(&mut self, gpu: &Gpu, key: PipelineKey) -> Result<(), RenderError> {
+    pub(crate) fn ensure(
+        &mut self,
+        gpu: &Gpu,
+        key: PipelineKey,
+        shadows: Option<&wgpu::BindGroupLayout>,
+    ) -> Result<(), RenderError> {
         if self.pipelines.contains_key(&key) {
             return Ok(());
         }
@@ -166,7 +178,7 @@ impl Pipelines {
                 source: wgpu::ShaderSource::Wgsl(text.into()),
             }));
         }
-        let pipeline = self.build(gpu, key);
+        let pipeline = self.build(gpu, key, shadows);
         self.pipelines.insert(key, pipeline);
         Ok(())
     }
@@ -184,7 +196,7 @@ impl Pipelines {
         self.modules.len()
     }
 
-    fn build(&mut self, gpu: &Gpu, key: PipelineKey) -> wgpu::RenderPipeline {
+    fn build(&mut self, gpu: &Gpu, key: PipelineKey, shadows: Option<&wgpu::BindGroupLayout>) -> wgpu::RenderPipeline {
         let material_maps = match key.program {
             Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
             _ => None,
@@ -194,7 +206,9 @@ impl Pipelines {
             Program::Present { .. } => vec![self.texel_layout(gpu).clone()],
             _ => {
                 let material = material_maps.map(|maps| self.material_layout(gpu, maps).clone());
-                [self.frame_layout.clone()].into_iter().chain(material).collect()
+                let shadows =
+                    shadows.filter(|_| matches!(key.program, Program::Surface(variant) if !variant.shadows.is_empty()));
+                [self.frame_layout.clone()].into_iter().chain(material).chain(shadows.cloned()).collect()
             }
         };
         let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Some).collect();
@@ -208,7 +222,7 @@ impl Pipelines {
         let blends = match key.program {
             Program::Surface(variant) => variant.alpha.blend,
             Program::Edges { .. } | Program::Normals { .. } | Program::Shape { .. } => true,
-            Program::Background { .. } | Program::Present { .. } => false,
+            _ => false,
         };
         let module = &self.modules[&key.program];
         let constants = key.constants.values(&key.program);
@@ -271,8 +285,8 @@ fn depth_state(program: &Program) -> wgpu::DepthStencilState {
     let (write, compare) = match program {
         Program::Surface(variant) if variant.alpha.blend => (false, GreaterEqual),
         Program::Surface(_) => (true, Greater),
-        Program::Shape { nudge: false, .. } | Program::Background { .. } | Program::Present { .. } => (false, Always),
         Program::Shape { nudge: true, .. } | Program::Edges { .. } | Program::Normals { .. } => (false, GreaterEqual),
+        _ => (false, Always),
     };
     wgpu::DepthStencilState {
         format: DEPTH_FORMAT,
@@ -283,7 +297,7 @@ fn depth_state(program: &Program) -> wgpu::DepthStencilState {
     }
 }
 
-const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
+pub(crate) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
     ty: wgpu::BufferBindingType::Uniform,
     has_dynamic_offset: false,
     min_binding_size: None,
@@ -291,7 +305,7 @@ const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
 
 const SAMPLER: wgpu::BindingType = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
 
-const fn texture(filterable: bool) -> wgpu::BindingType {
+pub(crate) const fn texture(filterable: bool) -> wgpu::BindingType {
     wgpu::BindingType::Texture {
         sample_type: wgpu::TextureSampleType::Float { filterable },
         view_dimension: wgpu::TextureViewDimension::D2,
@@ -299,7 +313,7 @@ const fn texture(filterable: bool) -> wgpu::BindingType {
     }
 }
 
-const fn layout_entry(
+pub(crate) const fn layout_entry(
     binding: u32,
     visibility: wgpu::ShaderStages,
     ty: wgpu::BindingType,
@@ -307,7 +321,7 @@ const fn layout_entry(
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }
 
-fn layout(gpu: &Gpu, label: &str, entries: &[wgpu::BindGroupLayoutEntry]) -> wgpu::BindGroupLayout {
+pub(crate) fn layout(gpu: &Gpu, label: &str, entries: &[wgpu::BindGroupLayoutEntry]) -> wgpu::BindGroupLayout {
     gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
 }
 
@@ -346,10 +360,13 @@ impl VertexBuffers {
         let attribute = |format, offset, shader_location| wgpu::VertexAttribute { format, offset, shader_location };
         let single =
             |format: wgpu::VertexFormat, location| (format.size(), Vertex, vec![attribute(format, 0, location)]);
-        let instances = |normals: bool| {
+        let instances = |normals: bool, receivers: bool| {
             let mut attributes: Vec<_> = (0..3).map(|row| attribute(Float32x4, 16 * row, 8 + row as u32)).collect();
             if normals {
                 attributes.extend((0..3).map(|column| attribute(Float32x3, 48 + 12 * column, 11 + column as u32)));
+            }
+            if receivers {
+                attributes.push(attribute(wgpu::VertexFormat::Float32, 84, 14));
             }
             (size_of::<Instance>() as u64, PerInstance, attributes)
         };
@@ -363,16 +380,19 @@ impl VertexBuffers {
                     Slot::BaseUv => single(Float32x2, 4),
                     Slot::SecondUv => single(Float32x2, 5),
                 })
-                .chain([instances(variant.node_normals())])
+                .chain([instances(variant.node_normals(), variant.shadows.masked)])
                 .collect(),
-            Program::Edges { .. } => vec![single(Float32x3, 0), instances(false)],
+            Program::Edges { .. } => vec![single(Float32x3, 0), instances(false, false)],
             Program::Normals { .. } => {
-                vec![(24, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x3, 12, 1)]), instances(true)]
+                vec![
+                    (24, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x3, 12, 1)]),
+                    instances(true, false),
+                ]
             }
             Program::Shape { .. } => {
                 vec![(28, Vertex, vec![attribute(Float32x3, 0, 0), attribute(Float32x4, 12, 2)])]
             }
-            Program::Background { .. } | Program::Present { .. } => Vec::new(),
+            _ => Vec::new(),
         })
     }
 

@@ -10,8 +10,8 @@ const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 /// How long the answer may take once the GPU is done.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Copies an RGBA8 texture's first level into memory, top row first; waits for the GPU.
-pub(crate) fn read_rgba8(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, RenderError> {
+/// Copies the first level of a texture of four bytes a texel into memory, top row first; waits for the GPU.
+pub(crate) fn read_texels(gpu: &Gpu, texture: &wgpu::Texture) -> Result<Vec<u8>, RenderError> {
     let (width, height) = (texture.width(), texture.height());
     let row = 4 * width;
     let padded = row.next_multiple_of(ROW_ALIGNMENT);

@@ -13,8 +13,9 @@ use crate::materials::MaterialTable;
 use crate::meshes::MeshTable;
 use crate::overlay::OverlayTable;
 use crate::pipelines::{Constants, PassFormat, Pipelines};
-use crate::read_back::read_rgba8;
+use crate::read_back::read_texels;
 use crate::scopes::Scopes;
+use crate::shadows::{Preparation, ShadowTable, SourceList, is_filterable};
 use crate::sort::Sorted;
 use crate::targets::{TargetKey, TargetPool, check_size};
 use crate::textures::TextureTable;
@@ -38,6 +39,7 @@ pub struct Renderer {
     pub(crate) targets: TargetPool,
     pub(crate) overlays: OverlayTable,
     pub(crate) sorted: Sorted,
+    pub(crate) shadows: ShadowTable,
     pub(crate) frame_uniform: DynamicBuffer,
     pub(crate) light_uniform: DynamicBuffer,
     pub(crate) frame_group: Option<wgpu::BindGroup>,
@@ -60,6 +62,7 @@ impl Renderer {
             targets: TargetPool::default(),
             overlays: OverlayTable::new(),
             sorted: Sorted::default(),
+            shadows: ShadowTable::default(),
             frame_uniform: DynamicBuffer::new("frame", BufferUsages::UNIFORM),
             light_uniform: DynamicBuffer::new("lights", BufferUsages::UNIFORM),
             frame_group: None,
@@ -115,13 +118,61 @@ impl Renderer {
             let target = Target { view: &texture_view, format: key.format, alpha: Alpha::Straight };
             let mut stats = renderer.draw(scene, view, options, &target)?;
             let start = Instant::now();
-            let pixels = read_rgba8(&renderer.gpu, &texture)?;
+            let pixels = read_texels(&renderer.gpu, &texture)?;
             stats.cpu.read_back_ms = milliseconds(start);
             if options.gpu_timing {
                 stats.gpu = renderer.timing.as_mut().and_then(Timing::collect);
             }
             Ok((Image { width: view.width, height: view.height, pixels: Pixels::Rgba8(pixels) }, stats))
         })
+    }
+
+    /// How much of its light the shadow source at a position in [`aam_scene::Shadows::sources`] lets through to the
+    /// surface in the middle of each pixel, top row first: from 1 − intensity in full shadow to 1, which is also where
+    /// no surface is seen. Surfaces that blend are looked through. Of the options [`RenderOptions::keep_shadow_maps`]
+    /// and [`RenderOptions::gpu_timing`] matter.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn visibility(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        source: usize,
+        options: &RenderOptions,
+    ) -> Result<(Vec<f32>, FrameStats), RenderError> {
+        check_size(&self.gpu, view.width, view.height)?;
+        let options = RenderOptions {
+            msaa: crate::Msaa::X1,
+            background: Some(aam_scene::Background::Color(glam::Vec3::ONE)),
+            show: Show::Shadow(source),
+            overlays: crate::Overlays::default(),
+            ..options.clone()
+        };
+        let key = TargetKey {
+            width: view.width,
+            height: view.height,
+            format: wgpu::TextureFormat::R32Float,
+            samples: 1,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        };
+        let picture = self.picture + 1;
+        self.guarded("drew a shadow to read back", |renderer| {
+            let (texture, texture_view) = renderer.targets.get(&renderer.gpu, key, picture);
+            let target = Target { view: &texture_view, format: key.format, alpha: Alpha::Premultiplied };
+            let mut stats = renderer.draw(scene, view, &options, &target)?;
+            let start = Instant::now();
+            let bytes = read_texels(&renderer.gpu, &texture)?;
+            stats.cpu.read_back_ms = milliseconds(start);
+            if options.gpu_timing {
+                stats.gpu = renderer.timing.as_mut().and_then(Timing::collect);
+            }
+            Ok((bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect(), stats))
+        })
+    }
+
+    fn pipelines_built(&self) -> usize {
+        self.pipelines.len() + self.shadows.pipelines.len()
     }
 
     /// Waits for the GPU and returns the times of the last frame; `None` as for [`FrameStats::gpu`].
@@ -140,10 +191,11 @@ impl Renderer {
             mesh_buffers: self.meshes.buffer_count(),
             textures: self.textures.len(),
             materials: self.materials.len(),
-            shaders_built: self.pipelines.module_count(),
-            pipelines_built: self.pipelines.len(),
+            shaders_built: self.pipelines.module_count() + self.shadows.pipelines.module_count(),
+            pipelines_built: self.pipelines_built(),
             targets: self.targets.len(),
-            bytes: self.meshes.bytes() + self.textures.bytes(),
+            shadow_maps: self.shadows.len(),
+            bytes: self.meshes.bytes() + self.textures.bytes() + self.shadows.bytes(),
         }
     }
 
@@ -178,7 +230,7 @@ impl Renderer {
         let mut stats = FrameStats::default();
         let gpu = self.gpu.clone();
         let mut uploader = Uploader::new(&gpu);
-        let pipelines_before = self.pipelines.len();
+        let pipelines_before = self.pipelines_built();
 
         let linear = shading(scene, options) == Shading::Linear;
         let normal_length = options.overlays.normals.unwrap_or(0.0);
@@ -189,8 +241,20 @@ impl Renderer {
         stats.camera_light = camera_light;
 
         let animation_frame = if view.frame >= 0.0 { view.frame as usize } else { 0 };
+        let shown = match options.show {
+            Show::Shadow(source) => Some(source),
+            _ => None,
+        };
+        let sources = match options.show {
+            Show::Lit | Show::Shadow(_) => {
+                let filterable = is_filterable(&gpu);
+                SourceList::new(scene, &packed_lights.order, shown, filterable, &mut stats.warnings)
+            }
+            _ => SourceList::default(),
+        };
         let mode = Mode {
             show: options.show,
+            shadows: sources.set,
             linear,
             lit: packed_lights.ends.spot > 0,
             falloff: packed_lights.falloff,
@@ -205,7 +269,19 @@ impl Renderer {
             materials: &mut self.materials,
             pipelines: &mut self.pipelines,
         };
-        let list = draws::prepare(scene, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        let mut list = draws::prepare(scene, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        let preparation = Preparation {
+            scene,
+            view,
+            lights: &scene_lights,
+            list: &mut list,
+            meshes: &self.meshes,
+            sources: &sources,
+            eye: uniform.eye,
+            keep: options.keep_shadow_maps,
+        };
+        let shadows = self.shadows.prepare(preparation, &mut self.pipelines, &mut uploader, &mut stats.warnings)?;
+        stats.shadow_bytes = self.shadows.bytes();
         let anything = !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty();
 
         let background = options.background.as_ref().unwrap_or(&scene.background);
@@ -227,8 +303,12 @@ impl Renderer {
         let constants = Constants {
             lights: packed_lights.ends,
             parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
+            // Beyond the list's end where the source casts nothing: all is lit.
+            shown_source: shown
+                .and_then(|shown| sources.indices.iter().position(|index| *index == shown))
+                .map_or(u32::MAX, |place| place as u32),
         };
-        let frame = Frame { constants, list, overlays, backdrop, format, direct, linear };
+        let frame = Frame { constants, list, overlays, sources, shadows, backdrop, format, direct, linear };
         stats.cpu.upload_ms = milliseconds(start);
 
         let start = Instant::now();
@@ -250,7 +330,7 @@ impl Renderer {
         let start = Instant::now();
         self.record(scene, view, options, target, &frame, &mut stats)?;
         stats.cpu.encode_ms = milliseconds(start);
-        stats.pipelines_built = (self.pipelines.len() - pipelines_before) as u32;
+        stats.pipelines_built = (self.pipelines_built() - pipelines_before) as u32;
         stats.bytes_uploaded = uploader.bytes;
         self.sweep();
         Ok(stats)

@@ -21,6 +21,12 @@ pub struct FrameStats {
     pub pipelines_built: u32,
     /// Bytes copied to the GPU for this frame.
     pub bytes_uploaded: u64,
+    /// Shadow maps drawn; a cascade or the face of a cube counts as one.
+    pub shadow_maps: u32,
+    /// Draw calls of casters, which are part of `draws`.
+    pub caster_draws: u32,
+    /// Bytes of all shadow maps.
+    pub shadow_bytes: u64,
     /// Lights drawn.
     pub lights: u32,
     /// True when the scene has no lights and was lit by one at the camera.
@@ -84,6 +90,8 @@ pub struct Resources {
     pub pipelines_built: usize,
     /// Render targets of the renderer's own: depth, multisampled colour, intermediate colour.
     pub targets: usize,
-    /// Bytes in mesh buffers and textures.
+    /// Shadow maps: one for each source, whatever its layers.
+    pub shadow_maps: usize,
+    /// Bytes in mesh buffers, textures and shadow maps.
     pub bytes: u64,
 }

@@ -6,7 +6,10 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use crate::{Gpu, PassTime};
 
 /// The most timestamps in a frame.
-const MAX_STAMPS: u32 = 8;
+const MAX_STAMPS: u32 = 256;
+
+/// Those that are left for the picture.
+const PICTURE_STAMPS: u32 = 16;
 
 /// Frames whose results may be under way at once.
 const IN_FLIGHT: usize = 3;
@@ -49,6 +52,17 @@ pub(crate) struct Stamps {
 }
 
 impl Stamps {
+    /// Reserves the first and last timestamp of a pass before the picture; `None` once there are too many.
+    pub(crate) fn pass(&mut self, name: &'static str) -> Option<[u32; 2]> {
+        if self.used + 2 + PICTURE_STAMPS > MAX_STAMPS {
+            return None;
+        }
+        let first = self.used;
+        self.used += 2;
+        self.spans.push(Span { name, first, last: first + 1 });
+        Some([first, first + 1])
+    }
+
     /// Reserves the timestamps of a pass with named parts: one before each, and one after all.
     pub(crate) fn parts(&mut self, names: &[&'static str]) -> Vec<u32> {
         let first = self.used;
@@ -143,11 +157,14 @@ impl Timing {
 }
 
 fn times(ticks: &[u64], spans: &[Span], nanoseconds_a_tick: f64) -> Vec<PassTime> {
-    spans
-        .iter()
-        .map(|span| {
-            let elapsed = ticks[span.last as usize].saturating_sub(ticks[span.first as usize]);
-            PassTime { name: span.name, ms: elapsed as f64 * nanoseconds_a_tick * 1e-6 }
-        })
-        .collect()
+    let mut times: Vec<PassTime> = Vec::new();
+    for span in spans {
+        let elapsed = ticks[span.last as usize].saturating_sub(ticks[span.first as usize]);
+        let ms = elapsed as f64 * nanoseconds_a_tick * 1e-6;
+        match times.iter_mut().find(|time| time.name == span.name) {
+            Some(time) => time.ms += ms,
+            None => times.push(PassTime { name: span.name, ms }),
+        }
+    }
+    times
 }

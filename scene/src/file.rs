@@ -1,7 +1,9 @@
-//! The scene file (`*.scene.toml`): which assets stand where, lights, cameras, background, and what is hidden.
+//! The scene file (`*.scene.toml`): which assets stand where, lights, shadows, cameras, background, and what is hidden.
 
 mod assemble;
 mod form;
+mod shadow;
+mod shadow_form;
 
 use std::path::{Path, PathBuf};
 
@@ -10,13 +12,16 @@ use glam::{Affine3A, EulerRot, Quat, Vec3};
 
 use crate::{Camera, Light, Shading, Up};
 
+pub use shadow::{LightEntry, MemberEntry, ShadowEntry, ShadowsEntry};
+
 /// The ending of a scene file's name.
 pub const SCENE_EXTENSION: &str = ".scene.toml";
 
 /// The largest scene file in bytes.
 const MAX_SIZE: u64 = 16 << 20;
 
-/// A scene file: which assets stand where, lights, cameras, background, and what is hidden. The default is an empty one.
+/// A scene file: which assets stand where, lights, shadows, cameras, background, and what is hidden. The default is an
+/// empty one.
 ///
 /// As text it is TOML. Every key is optional but an asset's `path`, a light's `kind` and place, a camera's `position`,
 /// `target` and projection; a key that is not known is an error.
@@ -52,6 +57,22 @@ const MAX_SIZE: u64 = 16 << 20;
 /// diffuse = [4, 4, 4]
 /// shape = { form = "disc", radius = 0.2 }  # or "sphere"; { form = "rectangle", width = 1, height = 0.5 }
 ///
+/// [shadows]                    # who takes part; without it all objects
+/// casters = ["helmet"]         # names of assets or nodes, all of that name and what is below them
+/// receivers = ["helmet", { name = "floor", occurrence = 2 }]
+/// cull_back_faces = false      # what may be left out of maps: triangles that face away from the source,
+/// cull_casters = true          # objects outside of its volume,
+/// cull_sources = true          # sources whose volume the camera does not see
+/// displaced = false            # true: displaced surfaces cast as they are drawn
+///
+/// [[shadow]]
+/// name = "key"
+/// light = "key"                # or its number, from 1; without it every light is darkened
+/// technique = "evsm4:resolution=512,radius=5"
+/// enabled = true
+/// # what the source sees through a square window, outside of which all is lit; without it what fits (needs a `light`)
+/// volume = { position = [2, -3, 4], target = [0, 0, 1], fov_y = 45, near = 2, far = 8 }  # or `height`, and `up`
+///
 /// [[camera]]
 /// name = "front"
 /// position = [0, -4, 1.5]
@@ -72,6 +93,8 @@ pub struct SceneFile {
     pub assets: Vec<AssetEntry>,
     /// The lights; `None` means those that the assets bring along.
     pub lights: Option<Vec<Light>>,
+    /// Shadows; `None` means that there are none.
+    pub shadows: Option<ShadowsEntry>,
     /// Named views. They stand before the cameras that assets bring along, and replace those of the same name.
     pub cameras: Vec<Camera>,
 }

@@ -11,11 +11,16 @@ mod file;
 mod frames;
 mod materials;
 mod mesh;
+mod shadow;
 mod texture;
 mod types;
 mod weld;
 
 pub use build::{BuildOptions, Built, build, object_nodes};
-pub use file::{AssetEntry, BackgroundEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError, SceneSyntaxError};
+pub use file::{
+    AssetEntry, BackgroundEntry, LightEntry, MemberEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError,
+    SceneSyntaxError, ShadowEntry, ShadowsEntry,
+};
+pub use shadow::*;
 pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureSource, load_texture};
 pub use types::*;

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
+use crate::Shadows;
+
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
@@ -61,6 +63,8 @@ pub struct Scene {
     pub shading: Shading,
     /// Animation over time, if any mesh or node moves.
     pub animation: Option<Animation>,
+    /// Shadows, if there are any.
+    pub shadows: Option<Shadows>,
 }
 
 /// The axis that points up.

@@ -1,8 +1,11 @@
 //! The shader files, and the programs that are made of them.
 
 use super::assemble::{Features, ShaderError, assemble};
+use aam_scene::ShadowFilter;
+
 use super::variant::Variant;
 use crate::lights::MAX_LIGHTS;
+use crate::shadows;
 
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
@@ -22,6 +25,16 @@ const FILES: &[(&str, &str)] = files![
     "overlay",
     "phong",
     "present",
+    "shadow",
+    "shadow_blur",
+    "shadow_caster",
+    "shadow_compare",
+    "shadow_extrude",
+    "shadow_mask",
+    "shadow_moments",
+    "shadow_running_blur",
+    "shadow_volume",
+    "shadow_warp",
     "surface",
 ];
 
@@ -36,6 +49,16 @@ pub(crate) enum Program {
     Normals { linear: bool },
     /// Lines or triangles in world coordinates; `nudge` brings them in front of what they lie on.
     Shape { linear: bool, nudge: bool },
+    /// A caster in a shadow map.
+    Caster(shadows::Caster),
+    /// A pass of the blur of a shadow map.
+    Blur,
+    /// A pass of the blur whose cost does not grow with the radius.
+    RunningBlur(ShadowFilter),
+    /// The volume that a caster shades.
+    Extrude,
+    /// The pixels that are in no volume.
+    Mask,
     /// A background picture.
     Background { encode: bool },
     /// The last pass, into a target that could not be drawn to directly.
@@ -47,6 +70,11 @@ impl Program {
         match self {
             Self::Surface(_) => "surface",
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
+            Self::Caster(_) => "shadow_caster",
+            Self::Blur => "shadow_blur",
+            Self::RunningBlur(_) => "shadow_running_blur",
+            Self::Extrude => "shadow_extrude",
+            Self::Mask => "shadow_mask",
             Self::Background { .. } => "background",
             Self::Present { .. } => "present",
         }
@@ -54,13 +82,21 @@ impl Program {
 
     fn features(&self) -> Features {
         let overlay = |node: bool, normals: bool, nudge: bool, linear: bool| {
-            vec![("NODE", node), ("NODE_NORMALS", normals), ("NUDGE", nudge), ("LINEAR", linear)]
+            vec![("NODE", node), ("NODE_NORMALS", normals), ("RECEIVERS", false), ("NUDGE", nudge), ("LINEAR", linear)]
         };
         match *self {
             Self::Surface(variant) => variant.features(),
             Self::Edges { linear } => overlay(true, false, true, linear),
             Self::Normals { linear } => overlay(true, true, true, linear),
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
+            Self::Caster(caster) => caster.features(),
+            Self::RunningBlur(filter) => vec![
+                ("ESM", filter == ShadowFilter::Esm),
+                ("VSM", filter == ShadowFilter::Vsm),
+                ("EVSM2", filter == ShadowFilter::Evsm2),
+            ],
+            Self::Extrude => vec![("NODE_NORMALS", false), ("RECEIVERS", false)],
+            Self::Blur | Self::Mask => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
@@ -84,6 +120,9 @@ fn all_programs() -> Vec<Program> {
         programs.extend([Program::Edges { linear }, Program::Normals { linear }]);
         programs.extend([false, true].map(|nudge| Program::Shape { linear, nudge }));
     }
+    programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
+    programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
+    programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
@@ -97,7 +136,16 @@ fn all_programs() -> Vec<Program> {
 
 /// The WGSL text of a program.
 pub(crate) fn source(program: &Program) -> Result<String, ShaderError> {
-    let find = |name: &str| FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text);
+    let set = match program {
+        Program::Surface(variant) => variant.shadows,
+        _ => shadows::ShadowSet::NONE,
+    };
+    let (bindings, functions) = (shadows::bindings(&set), shadows::functions(&set));
+    let find = |name: &str| match name {
+        "shadow_bindings" => Some(bindings.as_str()),
+        "shadow_functions" => Some(functions.as_str()),
+        _ => FILES.iter().find(|(file, _)| *file == name).map(|(_, text)| *text),
+    };
     let body = assemble(program.root(), &find, &program.features())?;
     Ok(format!("const MAX_LIGHTS: u32 = {MAX_LIGHTS}u;\n{body}"))
 }
@@ -141,9 +189,10 @@ mod tests {
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
         // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
-        // colours) × 4 (alpha). Then 6 that show stored values.
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + 2 + 6);
+        // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
+        let shadowed = 2 * shadows::ShadowSet::samples().len();
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed);
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 2 + 6);
     }
 
     #[test]
@@ -165,6 +214,7 @@ mod tests {
             diffuse_map: false,
             color: super::super::ColorSource::None,
             alpha: super::super::AlphaMode::OPAQUE,
+            shadows: shadows::ShadowSet::NONE,
         });
         for absent in ["in.normal", "textureSample(base_map", "fn phong", "discard", "@location(1)"] {
             assert!(!flat.contains(absent), "{absent} in\n{flat}");

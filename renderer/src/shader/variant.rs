@@ -1,6 +1,7 @@
 //! Which shader a mesh subset needs.
 
 use super::assemble::Features;
+use crate::shadows::ShadowSet;
 
 /// Where shading normals come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -29,6 +30,8 @@ pub(crate) enum Surface {
     ShowNormal(NormalSource),
     /// Texture coordinates as a colour.
     ShowUv,
+    /// The factor of one shadow source.
+    ShowShadow,
     /// There is nothing to show.
     ShowNothing,
 }
@@ -63,15 +66,23 @@ pub(crate) struct Variant {
     pub diffuse_map: bool,
     pub color: ColorSource,
     pub alpha: AlphaMode,
+    /// Sources that darken it.
+    pub shadows: ShadowSet,
 }
 
 impl Variant {
     /// A variant that shows stored values: opaque, without vertex colours.
     pub(crate) fn show(surface: Surface) -> Self {
-        Self { surface, diffuse_map: false, color: ColorSource::None, alpha: AlphaMode::OPAQUE }
+        Self {
+            surface,
+            diffuse_map: false,
+            color: ColorSource::None,
+            alpha: AlphaMode::OPAQUE,
+            shadows: ShadowSet::NONE,
+        }
     }
 
-    /// Every legal variant, in a fixed order.
+    /// Every legal variant, in a fixed order; of shadows those sets that cover all text.
     pub(crate) fn all() -> Vec<Self> {
         let mut surfaces = vec![Surface::LightMapped, Surface::Flat];
         for normal in NormalSource::ALL {
@@ -85,13 +96,17 @@ impl Variant {
                 for color in [ColorSource::None, ColorSource::Stored, ColorSource::Decoded] {
                     for (test, blend) in [(false, false), (false, true), (true, false), (true, true)] {
                         let alpha = AlphaMode { test, blend };
-                        variants.push(Self { surface, diffuse_map, color, alpha });
+                        variants.push(Self { surface, diffuse_map, color, alpha, shadows: ShadowSet::NONE });
                     }
                 }
             }
         }
         let shown = [Surface::ShowTexture, Surface::ShowUv, Surface::ShowNothing];
         variants.extend(shown.into_iter().chain(NormalSource::ALL.map(Surface::ShowNormal)).map(Self::show));
+        let lit = Surface::Lit { normal: NormalSource::Vertex, specular: true, falloff: false };
+        for shadows in ShadowSet::samples() {
+            variants.extend([lit, Surface::ShowShadow].map(|surface| Self { shadows, ..Self::show(surface) }));
+        }
         variants
     }
 
@@ -151,6 +166,11 @@ impl Variant {
             ("SHOW_NORMAL", matches!(self.surface, Surface::ShowNormal(_))),
             ("SHOW_UV", self.surface == Surface::ShowUv),
             ("SHOW_NOTHING", self.surface == Surface::ShowNothing),
+            ("SHOW_SHADOW", self.surface == Surface::ShowShadow),
+            ("POSITION", matches!(self.surface, Surface::Lit { .. } | Surface::ShowShadow)),
+            ("SHADOWS", !self.shadows.is_empty()),
+            ("RECEIVERS", self.shadows.masked),
+            ("FILTERABLE", self.shadows.filterable),
             ("SHADING_NORMAL", self.normal().is_some()),
             ("NODE_NORMALS", self.node_normals()),
             ("VERTEX_NORMALS", self.vertex_normals()),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use aam::{Finding, Severity};
 use glam::{Affine3A, Mat3, Quat, Vec3};
 
-use super::{AssetEntry, BackgroundEntry, NodeEntry, SceneFile};
+use super::{AssetEntry, BackgroundEntry, NodeEntry, SceneFile, ShadowsEntry};
 use crate::materials::MaterialList;
 use crate::mesh::Meshes;
 use crate::{
@@ -57,6 +57,7 @@ impl SceneFile {
         {
             warnings.push(warning("scene/camera", format!("camera \"{name}\""), "there is none of this name".into()));
         }
+        scene.shadows = self.shadows.as_ref().map(|shadows| shadows.resolve(&scene, &mut warnings));
         if let Some(animation) = &mut scene.animation {
             for motion in &mut animation.nodes {
                 // A shorter animation stands still at its end.
@@ -74,8 +75,8 @@ impl SceneFile {
         scene.cameras.iter().find(|camera| camera.name == *name)
     }
 
-    /// Takes over what was changed in an assembled scene: hidden nodes, lights, shading, background colour. `before` is
-    /// the scene as it was assembled; what is the same in both stays as the file has it. `camera` is kept as the named
+    /// Takes over what was changed in an assembled scene: hidden nodes, lights, shadows, shading, background colour.
+    /// `before` is the scene as it was assembled; what is the same in both stays as the file has it. `camera` is kept as the named
     /// view `view`, which becomes active.
     pub fn record(&mut self, before: &Scene, after: &Scene, camera: &Camera) {
         let view = Camera { name: "view".to_owned(), ..camera.clone() };
@@ -86,6 +87,10 @@ impl SceneFile {
         self.active_camera = Some("view".to_owned());
         if after.lights != before.lights {
             self.lights = Some(after.lights.clone());
+        }
+        // Shadows find their lights by name or number, which may have changed.
+        if after.shadows != before.shadows || after.lights != before.lights {
+            self.shadows = ShadowsEntry::of(after);
         }
         if after.shading != before.shading {
             self.shading = Some(after.shading);
@@ -125,7 +130,7 @@ fn picture(scene_file: &Path, path: &Path) -> Result<Image, String> {
     load_texture(&source.find(name)?, &source.limits())
 }
 
-fn warning(code: &'static str, subject: String, message: String) -> Finding {
+pub(super) fn warning(code: &'static str, subject: String, message: String) -> Finding {
     Finding { code, severity: Severity::Warning, position: None, subject, message }
 }
 

@@ -7,6 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
+use super::shadow_form::{self, ShadowForm, ShadowsForm};
 use super::{AssetEntry, BackgroundEntry, NodeEntry, SceneFile, SceneSyntaxError};
 use crate::{Camera, Falloff, Light, LightKind, LightShape, Projection, Shading, Up};
 
@@ -27,6 +28,10 @@ struct SceneForm {
     asset: Vec<Spanned<AssetForm>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     light: Option<Vec<Spanned<LightForm>>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shadows: Option<Spanned<ShadowsForm>>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    shadow: Vec<Spanned<ShadowForm>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     camera: Vec<Spanned<CameraForm>>,
 }
@@ -125,9 +130,9 @@ struct ShapeForm {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct CameraForm {
+pub(super) struct CameraForm {
     #[serde(default, skip_serializing_if = "String::is_empty")]
-    name: String,
+    pub(super) name: String,
     position: [f32; 3],
     target: [f32; 3],
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -137,9 +142,9 @@ struct CameraForm {
     #[serde(skip_serializing_if = "Option::is_none")]
     height: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    near: Option<f32>,
+    pub(super) near: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    far: Option<f32>,
+    pub(super) far: Option<f32>,
 }
 
 // ---- reading ----------------------------------------------------------------------------------------------------
@@ -157,12 +162,13 @@ pub(super) fn parse(text: &str) -> Result<SceneFile, SceneSyntaxError> {
         background: form.background.map(|form| check(form, &at, "background", background)).transpose()?,
         assets: checked(form.asset, &at, "asset", |asset| asset_entry(asset, &at))?,
         lights: form.light.map(|lights| checked(lights, &at, "light", |light| Ok(self::light(light)?))).transpose()?,
+        shadows: shadow_form::read(form.shadows, form.shadow, up, &at)?,
         cameras: checked(form.camera, &at, "camera", |form| Ok(camera(form, up)?))?,
     })
 }
 
 /// What is wrong with an entry: a sentence about one of its keys, or an error that has its place already.
-enum Fault {
+pub(super) enum Fault {
     Key(String),
     Placed(SceneSyntaxError),
 }
@@ -173,9 +179,9 @@ impl From<String> for Fault {
     }
 }
 
-type At<'a> = dyn Fn(usize, String) -> SceneSyntaxError + 'a;
+pub(super) type At<'a> = dyn Fn(usize, String) -> SceneSyntaxError + 'a;
 
-fn check<F, V, E: Into<Fault>>(
+pub(super) fn check<F, V, E: Into<Fault>>(
     form: Spanned<F>,
     at: &At<'_>,
     what: &str,
@@ -188,7 +194,7 @@ fn check<F, V, E: Into<Fault>>(
     })
 }
 
-fn checked<F, V>(
+pub(super) fn checked<F, V>(
     forms: Vec<Spanned<F>>,
     at: &At<'_>,
     what: &str,
@@ -309,7 +315,7 @@ fn light_shape(form: ShapeForm) -> Result<LightShape, String> {
     }
 }
 
-fn camera(form: CameraForm, scene_up: Up) -> Result<Camera, String> {
+pub(super) fn camera(form: CameraForm, scene_up: Up) -> Result<Camera, String> {
     let CameraForm { name, position, target, up, fov_y, height, near, far } = form;
     let (position, target) = (finite("position", position)?, finite("target", target)?);
     let distance = position.distance(target);
@@ -359,6 +365,7 @@ fn path_of(key: &str, text: &str) -> Result<PathBuf, String> {
 // ---- writing ----------------------------------------------------------------------------------------------------
 
 pub(super) fn to_text(file: &SceneFile) -> Result<String, String> {
+    let (shadows, shadow) = file.shadows.as_ref().map_or((None, Vec::new()), shadow_form::write);
     let form = SceneForm {
         up: file.up,
         shading: file.shading,
@@ -366,6 +373,8 @@ pub(super) fn to_text(file: &SceneFile) -> Result<String, String> {
         background: file.background.as_ref().map(background_form).transpose()?.map(unplaced),
         asset: file.assets.iter().map(|asset| Ok(unplaced(asset_form(asset)?))).collect::<Result<_, String>>()?,
         light: file.lights.as_ref().map(|lights| lights.iter().map(light_form).map(unplaced).collect()),
+        shadows: shadows.map(unplaced),
+        shadow: shadow.into_iter().map(unplaced).collect(),
         camera: file.cameras.iter().map(camera_form).map(unplaced).collect(),
     };
     let text = HEADER.to_owned() + &toml::to_string(&form).map_err(|error| error.to_string())?;
@@ -374,7 +383,7 @@ pub(super) fn to_text(file: &SceneFile) -> Result<String, String> {
     Ok(text)
 }
 
-fn unplaced<F>(form: F) -> Spanned<F> {
+pub(super) fn unplaced<F>(form: F) -> Spanned<F> {
     Spanned::new(0..0, form)
 }
 
@@ -455,7 +464,7 @@ fn shape_form(form: ShapeKindForm, radius: Option<f32>, size: Option<[f32; 2]>) 
     ShapeForm { form, radius, width: size.map(|size| size[0]), height: size.map(|size| size[1]) }
 }
 
-fn camera_form(camera: &Camera) -> CameraForm {
+pub(super) fn camera_form(camera: &Camera) -> CameraForm {
     let (fov_y, height) = match camera.projection {
         Projection::Perspective { fov_y } => (Some(degrees(fov_y)), None),
         Projection::Orthographic { height } => (None, Some(height)),

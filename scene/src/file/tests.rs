@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::*;
 use crate::{
-    Animation, Background, Falloff, Image, LightKind, LightShape, Material, MaterialId, Mesh, MeshId, Node, NodeId,
-    NodeMotion, Pixels, Projection, Scene, Subset, Texture, TextureId, TextureLayer,
+    Animation, Background, Falloff, Image, LightKind, LightShape, Material, MaterialId, Members, Mesh, MeshId, Node,
+    NodeId, NodeMotion, Pixels, Projection, Scene, ShadowCulling, ShadowSettings, ShadowSource, Shadows, Subset,
+    Texture, TextureId, TextureLayer,
 };
 
 fn everything() -> SceneFile {
@@ -57,11 +58,35 @@ fn everything() -> SceneFile {
             ),
             light("d", LightKind::Point { position, falloff: Falloff::None }, Some(LightShape::Disc { radius: 0.1 })),
         ]),
+        shadows: Some(ShadowsEntry {
+            sources: vec![
+                ShadowEntry {
+                    name: "key".into(),
+                    enabled: false,
+                    light: Some(LightEntry::Named("a".into())),
+                    settings: "evsm4:resolution=512,radius=5".parse().unwrap(),
+                    volume: Some(camera("", Projection::Perspective { fov_y: 0.7 })),
+                },
+                shadow("", Some(LightEntry::Numbered(2)), None),
+                shadow("plan", None, Some(camera("", Projection::Orthographic { height: 12.5 }))),
+            ],
+            casters: Some(vec![
+                MemberEntry { name: "visor \"1\"".into(), occurrence: None },
+                MemberEntry { name: "part".into(), occurrence: Some(2) },
+            ]),
+            receivers: Some(Vec::new()),
+            culling: ShadowCulling { back_faces: true, casters: false, sources: false },
+            displaced: true,
+        }),
         cameras: vec![
             camera("front", Projection::Perspective { fov_y: 0.7 }),
             camera("plan", Projection::Orthographic { height: 12.5 }),
         ],
     }
+}
+
+fn shadow(name: &str, light: Option<LightEntry>, volume: Option<Camera>) -> ShadowEntry {
+    ShadowEntry { name: name.into(), enabled: true, light, settings: ShadowSettings::default(), volume }
 }
 
 #[test]
@@ -70,7 +95,14 @@ fn what_is_written_reads_back_the_same() {
     let dark = SceneFile { lights: Some(Vec::new()), ..everything() };
     let sky = SceneFile { background: Some(BackgroundEntry::Transparent), ..everything() };
     let grey = SceneFile { background: Some(BackgroundEntry::Color(Vec3::new(0.18, 0.2, 0.23))), ..everything() };
-    for file in [everything(), bare, dark, sky, grey] {
+    let only = |shadows| SceneFile { shadows: Some(shadows), ..SceneFile::default() };
+    let empty = only(ShadowsEntry::default());
+    let sources = only(ShadowsEntry {
+        sources: vec![shadow("", Some(LightEntry::Numbered(1)), None)],
+        ..ShadowsEntry::default()
+    });
+    assert!(!sources.to_text().unwrap().contains("[shadows]"), "what is usual is not written");
+    for file in [everything(), bare, dark, sky, grey, empty, sources] {
         let text = file.to_text().unwrap();
         assert_eq!(SceneFile::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}")), file, "{text}");
         assert_eq!(SceneFile::parse(&text).unwrap().to_text().unwrap(), text, "stable");
@@ -105,6 +137,10 @@ fn the_documented_example_reads() {
     let file = SceneFile::parse(&example).unwrap_or_else(|error| panic!("{error}\n{example}"));
     assert_eq!((file.assets.len(), file.cameras.len()), (1, 1));
     assert_eq!(file.lights.as_ref().map(Vec::len), Some(1));
+    let shadows = file.shadows.unwrap();
+    assert_eq!(shadows.sources[0].settings.to_string(), "evsm4:resolution=512,radius=5");
+    assert_eq!(shadows.receivers.unwrap()[1].occurrence, Some(2));
+    assert_eq!(shadows.culling, ShadowCulling::default());
     assert_eq!(file.cameras[0].up, Vec3::Z, "the scene's");
     assert_eq!((file.cameras[0].near, file.cameras[0].far), (0.04, 400.0));
     assert_eq!(file.assets[0].position, Vec3::new(0.0, 0.0, 1.5), "whole numbers are numbers");
@@ -142,6 +178,26 @@ fn errors_name_the_place_and_the_key() {
         (&format!("{camera}fov_y = 40\nfovy = 40\n"), 5, "fovy"),
         (&format!("{camera}fov_y = 40\nnear = 2\nfar = 1\n"), 1, "near"),
         ("[[camera]]\nposition = [0,0,0]\ntarget = [0,0,0]\nfov_y = 40\n", 1, "target"),
+        ("[shadows]\ncaster = [\"a\"]\n", 2, "caster"),
+        ("[shadows]\ncasters = [1]\n", 2, "an object's name"),
+        ("\n[shadows]\ncasters = [{ name = \"a\", occurrence = 0 }]\n", 2, "occurrence"),
+        ("[[shadow]]\nname = \"a\"\n", 1, "`light` or a `volume`"),
+        ("[[shadow]]\nlight = 0\n", 1, "number"),
+        ("[[shadow]]\nlight = true\n", 2, "a light's name"),
+        ("[[shadow]]\nlight = \"a\"\ntechnique = \"soft\"\n", 3, "is no shadow technique; there are hard, pcf"),
+        ("[[shadow]]\nlight = \"a\"\n\ntechnique = \"hard:radius=3\"\n", 4, "has no parameter `radius`"),
+        ("[[shadow]]\nlight = \"a\"\ntechnique = \"pcf:radius=11\"\n", 3, "from 1 to 10"),
+        (
+            "[[shadow]]\n[shadow.volume]\nposition = [1,0,0]\ntarget = [0,0,0]\nfov_y = 45\nnear = 1\n",
+            2,
+            "`near` and `far` are needed",
+        ),
+        (
+            "[[shadow]]\nvolume = { position = [1,0,0], target = [0,0,0], near = 1, far = 2 }\n",
+            2,
+            "`fov_y` or `height`",
+        ),
+        ("[[shadow]]\nsource = 1\n", 2, "source"),
         ("up = \"z\"\nup = \"y\"\n", 2, "duplicate"),
         ("up = \"z\n", 1, ""),
     ] {
@@ -385,4 +441,65 @@ fn changes_are_recorded_and_come_back() {
     after.lights.clear();
     file.record(&before, &after, &camera);
     assert_eq!((file.lights.as_deref(), file.cameras.len()), (Some(&[][..]), 1));
+}
+
+#[test]
+fn shadows_find_their_objects_and_lights_by_name() {
+    let text = "\
+[[asset]]\npath = \"a.aam\"\n[[asset]]\npath = \"b.aam\"\n
+[shadows]\ncasters = [\"a.aam\", { name = \"part\", occurrence = 3 }]\nreceivers = [\"part\", \"pert\", { name = \"part\", occurrence = 5 }]\n
+[[shadow]]\nname = \"first\"\nlight = \"lamp\"\n[[shadow]]\nlight = 2\ntechnique = \"esm\"\n
+[[shadow]]\nlight = \"lmap\"\n[[shadow]]\nname = \"x\"\nlight = 3\n";
+    let file = SceneFile::parse(text).unwrap();
+    let built = file.assemble(vec![asset(0.5), asset(0.7)], Path::new("s.scene.toml"));
+    let shadows = built.scene.shadows.unwrap();
+    assert_eq!(shadows.casters, Members::Only([0, 4].map(NodeId).into()));
+    assert_eq!(shadows.receivers, Members::Only([1, 2, 4, 5].map(NodeId).into()));
+    let sources: Vec<_> = shadows.sources.iter().map(|source| (source.name.as_str(), source.light)).collect();
+    assert_eq!(sources, [("first", Some(0)), ("", Some(1))], "what belongs to no light that is there is left out");
+    let messages: Vec<String> =
+        built.warnings.iter().map(|finding| format!("{}: {}", finding.subject, finding.message)).collect();
+    assert_eq!(
+        messages,
+        [
+            "receivers of [shadows]: there is no object \"pert\"; there are \"a.aam\", \"b.aam\", \"part\" (did you mean \"part\"?)",
+            "receivers of [shadows]: there are only 4 objects \"part\", no number 5",
+            "shadow 3: there is no light \"lmap\"; there are \"lamp\", \"lamp\" (did you mean \"lamp\"?); the shadow is left out",
+            "shadow \"x\": there is no light number 3; there are 2; the shadow is left out",
+        ]
+    );
+}
+
+#[test]
+fn changed_shadows_are_recorded_and_come_back() {
+    let mut file = SceneFile { assets: vec![at(0.0), at(5.0)], ..SceneFile::default() };
+    let assets = || vec![asset(0.5), asset(0.7)];
+    let before = file.assemble(assets(), Path::new("s.scene.toml")).scene;
+    let camera = before.fitting_camera(1.0);
+    let mut after = before.clone();
+    file.record(&before, &after, &camera);
+    assert_eq!(file.shadows, None);
+    after.shadows = Some(Shadows {
+        sources: vec![
+            ShadowSource { name: "s".into(), ..ShadowSource::of_light(1, "vsm:radius=4".parse().unwrap()) },
+            ShadowSource { light: None, volume: Some(camera.clone()), ..ShadowSource::of_light(0, Default::default()) },
+        ],
+        casters: Members::Only([0, 4].map(NodeId).into()),
+        receivers: Members::Only([1, 2, 4, 5].map(NodeId).into()),
+        ..Shadows::default()
+    });
+    file.record(&before, &after, &camera);
+    let text = file.to_text().unwrap();
+    assert!(text.contains("receivers = [\"part\"]") && text.contains("light = 2"), "the second \"lamp\": {text}");
+    let scene = SceneFile::parse(&text).unwrap().assemble(assets(), Path::new("s.scene.toml")).scene;
+    let unnamed = |shadows: Option<Shadows>| {
+        let mut shadows = shadows.unwrap();
+        shadows.sources[1].volume.as_mut().unwrap().name.clear();
+        shadows
+    };
+    assert_eq!(unnamed(scene.shadows), unnamed(after.shadows.clone()));
+    // A light that gets a name of its own is found by it.
+    after.lights[1].name = "window".into();
+    file.record(&before, &after, &camera);
+    assert!(file.to_text().unwrap().contains("light = \"window\""));
 }

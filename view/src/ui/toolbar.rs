@@ -91,6 +91,7 @@ fn show_name(show: Show) -> String {
         Show::Lit => "Lit".into(),
         Show::Layer(layer) => format!("Only {}", inspector::layer_name(layer)),
         Show::Normals => "Shading normals".into(),
+        Show::Shadow(source) => format!("Shadow {}", source + 1),
         Show::Uvs(_) => "Texture coordinates".into(),
     }
 }
