@@ -8,6 +8,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, ValueHint};
 use glam::Vec3;
 
 use crate::args::{self, Background, CodeParser, ShadowChoice, ShadowParser, ShowArg, Size, TextureFor};
+use crate::verb::tune::TunePhysicsArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -636,7 +637,8 @@ const TUNE_EXAMPLES: &str = "\
 Examples:
   aam tune shadows room.scene.toml --max-error 0.05             the cheapest with an RMSE of at most 0.05
   aam tune shadows room.scene.toml --budget-ms 4                the most accurate within 4 ms a frame on this machine
-  aam tune shadows room.scene.toml --max-error 0.05 --dry-run   only say what would be written";
+  aam tune shadows room.scene.toml --max-error 0.05 --dry-run   only say what would be written
+  aam tune --physics chair.glb                                  how many convex hulls are enough";
 
 #[derive(Debug, Args)]
 #[command(after_help = TUNE_EXAMPLES)]
@@ -647,8 +649,10 @@ pub(crate) struct TuneArgs {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum TuneWhat {
-    /// Shadow techniques and their parameters
+    /// Shadow techniques and their parameters; the word may be left out
     Shadows(Box<TuneShadowsArgs>),
+    /// The fewest convex hulls with which bodies move as their surface would; also --physics
+    Physics(Box<TunePhysicsArgs>),
 }
 
 const TUNE_SHADOWS_EXAMPLES: &str = "\
@@ -839,6 +843,7 @@ mod tests {
             &["aam", "simulate", "a"],
             &["aam", "chart", "shadows", "a", "-o", "b"],
             &["aam", "tune", "shadows", "a", "--max-error", "0.1"],
+            &["aam", "tune", "physics", "a"],
             &["aam", "check", "a"],
             &["aam", "fmt", "a"],
         ] {
@@ -854,6 +859,7 @@ mod tests {
                     Verb::Fmt(args) => args.limits.limits(),
                     Verb::Chart(ChartArgs { what: ChartWhat::Shadows(args) }) => args.read.limits.limits(),
                     Verb::Tune(TuneArgs { what: TuneWhat::Shadows(args) }) => args.read.limits.limits(),
+                    Verb::Tune(TuneArgs { what: TuneWhat::Physics(args) }) => args.read.limits.limits(),
                     Verb::Completions(_) => unreachable!("it reads nothing"),
                 }
             };

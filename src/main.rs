@@ -17,6 +17,7 @@ mod shadows;
 mod terminal;
 mod verb;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -24,13 +25,31 @@ use clap::Parser;
 use crate::cli::{Cli, Verb};
 use crate::terminal::Terminal;
 
+/// `tune --physics FILE` and `tune SCENE` with the subcommand that they mean.
+fn spelled_out(mut args: Vec<OsString>) -> Vec<OsString> {
+    if args.get(1).is_none_or(|verb| verb != "tune") {
+        return args;
+    }
+    if let Some(at) = args.iter().position(|arg| arg == "--physics") {
+        args.remove(at);
+        args.insert(2, "physics".into());
+    }
+    let named = ["shadows", "physics", "help", "-h", "--help"];
+    if args.get(2).is_some_and(|word| named.iter().all(|name| word != name)) {
+        args.insert(2, "shadows".into());
+    }
+    args
+}
+
 fn main() -> ExitCode {
     quiet_drivers();
     panic::install();
-    let cli = Cli::try_parse().unwrap_or_else(|error| match error.to_string().strip_prefix("error: ") {
-        // Help on a value, which clap takes for an error's text.
-        Some(text) if error.kind() == clap::error::ErrorKind::DisplayHelp => help(text),
-        _ => error.exit(),
+    let cli = Cli::try_parse_from(spelled_out(std::env::args_os().collect())).unwrap_or_else(|error| {
+        match error.to_string().strip_prefix("error: ") {
+            // Help on a value, which clap takes for an error's text.
+            Some(text) if error.kind() == clap::error::ErrorKind::DisplayHelp => help(text),
+            _ => error.exit(),
+        }
     });
     logger::install(cli.global.verbose);
     let terminal = Terminal::new(&cli.global);

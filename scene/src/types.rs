@@ -569,6 +569,25 @@ impl Scene {
         world
     }
 
+    /// This scene with each node on its own at this place in the world: without parents, and nodes do not move. What is
+    /// visible stays so.
+    #[must_use]
+    pub fn posed(&self, world: &[Affine3A]) -> Self {
+        let mut scene = self.clone();
+        let visible = self.visibility();
+        for (index, node) in scene.nodes.iter_mut().enumerate() {
+            node.parent = None;
+            node.visible = visible[index];
+            if let Some(place) = world.get(index) {
+                node.local = *place;
+            }
+        }
+        if let Some(animation) = &mut scene.animation {
+            animation.nodes.clear();
+        }
+        scene
+    }
+
     /// Whether each node and all its ancestors are visible.
     pub fn visibility(&self) -> Vec<bool> {
         let mut visible: Vec<bool> = Vec::with_capacity(self.nodes.len());

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use aam_convert::{Format, Progress};
+use aam_physics::physics_meshes;
 use aam_renderer::Msaa;
 use aam_scene::{NodeId, SceneFile};
 use aam_view::{Opened, Opener, Options, Outline, Saver, ViewError};
@@ -72,16 +73,26 @@ fn opened(path: &Path, read: &ReadArgs, stage: &dyn Fn(&str)) -> Result<Opened, 
     let outlines = opened.documents.iter().flat_map(|(document, first)| {
         // Nodes stand parents first, which objects need not.
         let nodes = aam_scene::object_nodes(document);
-        outlines::of(document).into_iter().filter_map(move |(object, segments)| {
-            let node = NodeId(u32::try_from(first + nodes.get(object)?.index()).ok()?);
-            Some(Outline { node, segments })
+        outlines::of(document).into_iter().filter_map(move |outline| {
+            let node = NodeId(u32::try_from(first + nodes.get(outline.object)?.index()).ok()?);
+            Some(Outline { node, segments: outline.segments, triangles: outline.triangles })
         })
     });
+    let mut warnings: Vec<String> = opened.warnings.iter().map(warning_text).collect();
+    let mut bodies = Vec::new();
+    for (document, first) in &opened.documents {
+        let nodes = aam_scene::object_nodes(document);
+        let (meshes, odd) = physics_meshes(document);
+        warnings.extend(odd.iter().map(warning_text));
+        let node = |object: usize| u32::try_from(first + nodes.get(object)?.index()).ok().map(NodeId);
+        bodies.extend(meshes.into_iter().filter_map(|(object, mesh)| Some((node(object)?, mesh))));
+    }
     Ok(Opened {
         outlines: outlines.collect(),
+        bodies,
         camera: opened.camera,
         sources: opened.sources,
-        warnings: opened.warnings.iter().map(warning_text).collect(),
+        warnings,
         scene: opened.scene,
     })
 }

@@ -11,7 +11,7 @@ use crate::model::Action;
 const FLIGHT: f32 = 0.8;
 const FAST: f32 = 4.0;
 
-const PRESSED: [(Key, Action); 28] = [
+const PRESSED: [(Key, Action); 34] = [
     (Key::F, Action::Fit),
     (Key::Home, Action::Fit),
     (Key::Num1, Action::LookFrom(Side::Front)),
@@ -29,6 +29,12 @@ const PRESSED: [(Key, Action); 28] = [
     (Key::K, Action::Hulls),
     (Key::M, Action::Shadows),
     (Key::V, Action::LightView),
+    (Key::Y, Action::Explode),
+    (Key::U, Action::Contacts),
+    (Key::Z, Action::Sleeping),
+    (Key::G, Action::Simulate),
+    (Key::J, Action::SimulateStep),
+    (Key::Backspace, Action::SimulateReset),
     (Key::Space, Action::PlayPause),
     (Key::Comma, Action::Step(-1)),
     (Key::Period, Action::Step(1)),

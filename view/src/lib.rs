@@ -10,10 +10,12 @@ mod eye;
 mod graphics;
 mod keys;
 mod load;
+mod marks;
 mod model;
 mod playback;
 mod pose;
 mod screenshot;
+mod simulation;
 mod ui;
 mod watch;
 
@@ -24,6 +26,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use aam_physics::PhysicsMesh;
 use aam_renderer::Msaa;
 use aam_scene::{Camera, NodeId, Scene};
 use glam::Vec3;
@@ -72,17 +75,21 @@ pub struct Opened {
     pub camera: Option<Camera>,
     /// Outlines of collision shapes.
     pub outlines: Vec<Outline>,
+    /// What can be simulated.
+    pub bodies: Vec<(NodeId, Arc<PhysicsMesh>)>,
     /// Files that it came from; when one changes, it is read again. The file itself need not be among them.
     pub sources: Vec<PathBuf>,
     /// What was odd in it, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// The edges of one collision shape.
+/// The edges and faces of one part of a collision shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     /// The object that it belongs to.
     pub node: NodeId,
     /// Lines in the object's coordinates.
     pub segments: Vec<[Vec3; 2]>,
+    /// Triangles likewise, counter-clockwise seen from outside; none for what is round.
+    pub triangles: Vec<[Vec3; 3]>,
 }

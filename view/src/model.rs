@@ -17,6 +17,7 @@ use crate::demo::{Demo, DemoAction};
 use crate::eye::{Eye, Side};
 use crate::load::Loader;
 use crate::playback::Playback;
+use crate::simulation::Simulation;
 use crate::watch::Watch;
 use crate::{Opened, Options, Saver, pose};
 
@@ -42,6 +43,12 @@ pub(crate) enum Action {
     /// The view of the next shadow source.
     LightView,
     Demo(DemoAction),
+    Explode,
+    Contacts,
+    Sleeping,
+    Simulate,
+    SimulateStep,
+    SimulateReset,
     PlayPause,
     Step(isize),
     Save,
@@ -51,6 +58,9 @@ pub(crate) enum Action {
     Help,
     Quit,
 }
+
+/// What outlines were made for: the file, its frame, the simulation's poses, and how far parts stand apart.
+type OutlineKey = (u64, usize, u64, u32);
 
 /// What is drawn beside the scene itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -62,6 +72,10 @@ pub(crate) struct Display {
     pub(crate) hulls: bool,
     pub(crate) displacement: DisplacementMode,
     pub(crate) no_shadows: bool,
+    /// How far the parts of collision shapes stand apart, from 0; above, they are drawn in place of the objects.
+    pub(crate) explode: f32,
+    pub(crate) contacts: bool,
+    pub(crate) sleeping: bool,
 }
 
 /// What is kept over a reload because the user changed it.
@@ -112,6 +126,7 @@ pub(crate) struct Model {
     pub(crate) shadow_notes: Vec<Vec<ShadowLimit>>,
     /// When they were found out.
     noted: Option<Instant>,
+    pub(crate) simulation: Simulation,
     pub(crate) selected: Option<NodeId>,
     edited: Edited,
     pub(crate) unsaved: bool,
@@ -121,7 +136,7 @@ pub(crate) struct Model {
     pub(crate) stats: FrameStats,
     /// Width over height of the picture.
     pub(crate) aspect: f32,
-    outlines: Option<(u64, usize, Option<Arc<Shape>>)>,
+    outlines: Option<(OutlineKey, Vec<Arc<Shape>>)>,
     /// Frames still to be drawn until timings of the GPU are there: they come late.
     settling: u8,
 }
@@ -153,6 +168,7 @@ impl Model {
             light_view: None,
             shadow_notes: Vec::new(),
             noted: None,
+            simulation: Simulation::default(),
             selected: None,
             edited: Edited::default(),
             unsaved: false,
@@ -193,6 +209,7 @@ impl Model {
         match finished.result {
             Ok(mut opened) => {
                 self.problem = None;
+                self.simulation.reset();
                 self.original = opened.scene.clone();
                 if finished.reload {
                     self.carry_over(&mut opened);
@@ -314,7 +331,9 @@ impl Model {
 
     /// Node to world at the shown frame.
     pub(crate) fn world(&self) -> Vec<Affine3A> {
-        self.opened.as_ref().map_or_else(Vec::new, |opened| pose::world_at(&opened.scene, self.frame()))
+        let Some(opened) = &self.opened else { return Vec::new() };
+        let simulated = self.simulation.transforms(&opened.scene);
+        simulated.unwrap_or_else(|| pose::world_at(&opened.scene, self.frame()))
     }
 
     /// Does what was asked for, except [`Action::Screenshot`], [`Action::Panels`], [`Action::Help`] and
@@ -352,7 +371,27 @@ impl Model {
             Action::Shadows => self.toggle_shadows(),
             Action::LightView => self.next_light_view(),
             Action::Demo(action) => self.act_demo(action),
-            Action::PlayPause => self.playback.playing = !self.playback.playing,
+            Action::Explode => {
+                self.display.explode = if self.display.explode > 0.0 { 0.0 } else { 1.0 };
+                self.display.hulls = self.display.explode > 0.0;
+                self.stale = true;
+            }
+            Action::Contacts => self.toggle(|display| &mut display.contacts),
+            Action::Sleeping => self.toggle(|display| &mut display.sleeping),
+            Action::Simulate => self.simulate(|simulation, opened| simulation.toggle(&opened.bodies, &opened.scene)),
+            Action::SimulateStep => self.simulate(|simulation, opened| simulation.step(&opened.bodies, &opened.scene)),
+            Action::SimulateReset => {
+                self.simulation.reset();
+                self.stale = true;
+            }
+            // Where nothing is animated, the keys of the time line are those of the simulation.
+            Action::PlayPause if !self.is_animated() && self.has_bodies() => self.act(Action::Simulate),
+            Action::Step(1) if !self.is_animated() && self.has_bodies() => self.act(Action::SimulateStep),
+            Action::PlayPause => {
+                self.simulation.reset();
+                self.stale = true;
+                self.playback.playing = !self.playback.playing;
+            }
             Action::Step(by) => {
                 if let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) {
                     self.playback.step(animation, by);
@@ -401,7 +440,28 @@ impl Model {
         }
     }
 
-    /// Lets time pass for the animation; true while it plays.
+    fn simulate(&mut self, act: impl FnOnce(&mut Simulation, &Opened) -> Result<Option<String>, String>) {
+        let Some(opened) = &self.opened else { return };
+        self.playback = Playback::default();
+        match act(&mut self.simulation, opened) {
+            Ok(Some(said)) | Err(said) => self.complain(said),
+            Ok(None) => {}
+        }
+        self.stale = true;
+    }
+
+    /// Whether the file has a time line.
+    pub(crate) fn is_animated(&self) -> bool {
+        let animation = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref());
+        animation.is_some_and(|animation| animation.frame_count > 1)
+    }
+
+    /// Whether the file has something to simulate.
+    pub(crate) fn has_bodies(&self) -> bool {
+        self.opened.as_ref().is_some_and(|opened| !opened.bodies.is_empty())
+    }
+
+    /// Lets time pass for the simulation and the animation; true while one of them plays.
     pub(crate) fn advance(&mut self, time: Duration) -> bool {
         if let (Some(demo), Some(opened)) = (&mut self.demo, &mut self.opened)
             && demo.advance(time)
@@ -410,6 +470,15 @@ impl Model {
             self.stale = true;
             return true;
         }
+        let advanced = self.simulation.advance(time, self.display.contacts);
+        self.stale |= advanced.moved;
+        if let Some(reason) = advanced.stopped {
+            self.complain(reason);
+        }
+        self.advance_animation(time) || advanced.again
+    }
+
+    fn advance_animation(&mut self, time: Duration) -> bool {
         let Some(animation) = self.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref()) else {
             return false;
         };

@@ -67,7 +67,10 @@ impl Panels {
             if model.demo.is_some() {
                 Panel::bottom("demo").frame(bar).show(ui, |ui| demo::show(ui, model));
             }
-            if animated(model) {
+            if model.has_bodies() {
+                Panel::bottom("bodies").frame(bar).show(ui, |ui| toolbar::simulation(ui, model, &mut asked.actions));
+            }
+            if model.is_animated() {
                 Panel::bottom("time").frame(bar).show(ui, |ui| toolbar::time(ui, model, &mut asked.actions));
             }
             if model.opened.is_some() {
@@ -173,10 +176,44 @@ impl Panels {
         rect
     }
 
+    /// Ctrl drag takes hold of a simulated body and pulls it; true while it does.
+    fn pulls(&mut self, ui: &egui::Ui, model: &mut Model, response: &egui::Response, rect: Rect) -> bool {
+        let (command, start) = ui.input(|input| (input.modifiers.command, input.pointer.press_origin()));
+        if command
+            && response.drag_started_by(PointerButton::Primary)
+            && let (Some(start), Some(opened)) = (start, &model.opened)
+        {
+            if !model.simulation.is_started() {
+                model.say("G starts the simulation; then Ctrl drag pulls a body.");
+                return true;
+            }
+            let (near, along) = ray(model, rect, start);
+            if let Some((node, point)) = pose::pick(&opened.scene, &model.world(), near, along) {
+                let camera = model.eye.camera();
+                let across = (camera.target - camera.position).normalize_or(Vec3::Y);
+                model.simulation.grab(&opened.scene, node, point, across);
+            }
+        }
+        if !model.simulation.is_holding() {
+            return false;
+        }
+        match response.interact_pointer_pos().filter(|_| response.dragged_by(PointerButton::Primary)) {
+            Some(point) => {
+                let (near, along) = ray(model, rect, point);
+                model.simulation.pull(near, along);
+            }
+            None => model.simulation.release(),
+        }
+        ui.ctx().request_repaint();
+        true
+    }
+
     fn pointer(&mut self, ui: &egui::Ui, model: &mut Model, response: &egui::Response, rect: Rect) {
         let drag = response.drag_delta();
         let drag = Vec2::new(drag.x, drag.y);
-        if drag != Vec2::ZERO {
+        if self.pulls(ui, model, response, rect) {
+            model.stale = true;
+        } else if drag != Vec2::ZERO {
             let shift = ui.input(|input| input.modifiers.shift);
             if response.dragged_by(PointerButton::Middle) || shift && response.dragged_by(PointerButton::Primary) {
                 model.eye.pan(drag, rect.height());
@@ -197,22 +234,22 @@ impl Panels {
         if response.clicked()
             && let (Some(point), Some(opened)) = (response.interact_pointer_pos(), &model.opened)
         {
-            let x = 2.0 * (point.x - rect.left()) / rect.width() - 1.0;
-            let y = 1.0 - 2.0 * (point.y - rect.top()) / rect.height();
-            let camera = model.camera();
-            let from_clip = (camera.projection_matrix(model.aspect) * camera.view()).inverse();
-            let (near, far) =
-                (from_clip.project_point3(Vec3::new(x, y, 0.0)), from_clip.project_point3(Vec3::new(x, y, 1.0)));
-            model.selected = pose::pick(&opened.scene, &model.world(), near, far - near);
+            let (near, along) = ray(model, rect, point);
+            model.selected = pose::pick(&opened.scene, &model.world(), near, along).map(|(node, _)| node);
             self.tree.reveal = model.selected.is_some();
             model.stale = true;
         }
     }
 }
 
-fn animated(model: &Model) -> bool {
-    let animation = model.opened.as_ref().and_then(|opened| opened.scene.animation.as_ref());
-    animation.is_some_and(|animation| animation.frame_count > 1)
+/// The ray of the pointer: a point of the near plane, and the way to the far one.
+fn ray(model: &Model, rect: Rect, point: egui::Pos2) -> (Vec3, Vec3) {
+    let x = 2.0 * (point.x - rect.left()) / rect.width() - 1.0;
+    let y = 1.0 - 2.0 * (point.y - rect.top()) / rect.height();
+    let camera = model.camera();
+    let from_clip = (camera.projection_matrix(model.aspect) * camera.view()).inverse();
+    let at = |depth: f32| from_clip.project_point3(Vec3::new(x, y, depth));
+    (at(0.0), at(1.0) - at(0.0))
 }
 
 fn separated_heading(ui: &mut egui::Ui, text: &str) {

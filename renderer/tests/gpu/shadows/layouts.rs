@@ -12,8 +12,14 @@ fn landscape(text: &str) -> Scene {
     scene.lights = vec![directional(Vec3::NEG_Z, Vec3::ONE)];
     let source = &mut shadows(&mut scene).sources[0];
     (source.light, source.volume) = (Some(0), None);
-    placed(&mut scene, Affine3A::from_translation(Vec3::new(-20.0, 20.0, 6.0)) * Affine3A::from_scale(Vec3::new(20.0, 30.0, 1.0)));
-    placed(&mut scene, Affine3A::from_translation(Vec3::new(0.0, 20.0, 0.0)) * Affine3A::from_scale(Vec3::new(60.0, 60.0, 1.0)));
+    placed(
+        &mut scene,
+        Affine3A::from_translation(Vec3::new(-20.0, 20.0, 6.0)) * Affine3A::from_scale(Vec3::new(20.0, 30.0, 1.0)),
+    );
+    placed(
+        &mut scene,
+        Affine3A::from_translation(Vec3::new(0.0, 20.0, 0.0)) * Affine3A::from_scale(Vec3::new(60.0, 60.0, 1.0)),
+    );
     scene
 }
 
