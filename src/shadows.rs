@@ -14,11 +14,8 @@ pub(crate) fn on_gpu(choice: Option<ShadowChoice>, scene: &mut Scene) -> Result<
     match choice {
         None => {}
         Some(ShadowChoice::None) => scene.shadows = None,
-        Some(ShadowChoice::Usual) => {
-            if !has_sources(scene) {
-                scene.shadows = Some(Shadows::of_lights(scene, ShadowSettings::default()));
-            }
-        }
+        Some(ShadowChoice::Usual) if has_sources(scene) => {}
+        Some(ShadowChoice::Usual) => scene.shadows = Some(Shadows::of_lights(scene, ShadowSettings::default())),
         Some(ShadowChoice::Technique(settings)) => scene.shadows = Some(Shadows::of_lights(scene, settings)),
         Some(ShadowChoice::Point | ShadowChoice::Area) => {
             return Err(Failure::new("the GPU engine does not trace shadows").help(
