@@ -4,11 +4,17 @@
 #import node
 #import color
 #import material
+#if SHADED
+#import tone_map
+#endif
 #if LIT
 #import phong
 #endif
 #if RELIEF
 #import relief
+#endif
+#if ENVIRONMENT
+#import environment
 #endif
 #if SHADOWS
 #import shadow_functions
@@ -191,6 +197,9 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
 #if LIT
     color = phong(in.position, shading_normal(in, front));
 #endif
+#if ENVIRONMENT
+    color = lit_by_environment(in.position, shading_normal(in, front));
+#endif
 #if LIGHT_MAPPED
     color = material.constant + material.diffuse * textureSample(second_map, layer_sampler, in.second_uv).rgb;
 #endif
@@ -213,7 +222,11 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
 #if SHOW_NOTHING
     color = vec3f(0.2);
 #endif
+#if SHADED
+    color = tone_mapped(frame.exposure * t.rgb * color);
+#else
     color = saturate(t.rgb * color);
+#endif
 
     var alpha = 1.0;
 #if ALPHA_TEST || BLEND

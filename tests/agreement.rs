@@ -14,7 +14,9 @@ use aam_lab::metrics::{PIXELS_PER_DEGREE, difference, difference_picture, flip};
 use aam_lab::{load, save_png};
 use aam_reference::Options;
 use aam_renderer::{Gpu, Msaa, RenderOptions, Renderer};
-use aam_scene::{DisplacementMode, Image, Layer, NormalSpace, Scene, Shading, View};
+use aam_scene::{
+    DisplacementMode, Environment, Image, Layer, NormalSpace, Scene, Shading, SpecularFilter, ToneMap, View,
+};
 use glam::{Mat3, Vec2};
 
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
@@ -62,6 +64,8 @@ const CASES: &[Case] = &[
     // The same with fine joints of high contrast all over the picture.
     case("materials.scene.toml", 0.026),
     case("room.scene.toml", 0.039),
+    // Light from all around: the renderer's is prefiltered, the reference's is integrated for each point.
+    case("environment.scene.toml", 0.01),
     case("crate.gltf", 0.013),
     case("crate.obj", 0.013),
     // Later frames, and the other mode.
@@ -74,6 +78,7 @@ const CASES: &[Case] = &[
     Case { displacement: DisplacementMode::ADAPTIVE, flip: None, ..case("medallion.scene.toml", 0.0) },
     Case { shading: Some(Shading::Linear), flip: None, ..case("room.scene.toml", 0.0) },
     Case { shading: Some(Shading::Source), flip: None, ..case("crate.gltf", 0.0) },
+    Case { shading: Some(Shading::Source), flip: None, ..case("environment.scene.toml", 0.0) },
 ];
 
 /// Exact: the largest share of pixels that differ by more than 2. These are at edges and at alpha cutoffs, where the last
@@ -111,11 +116,16 @@ impl Case {
     fn prepare(self) -> Result<Prepared> {
         let (mut scene, camera) = load(&fixtures().join(self.file))?;
         scene.shading = self.shading.unwrap_or(scene.shading);
+        // What the reference traces exactly the renderer approaches: shadows have tests of their own.
+        scene.shadows = None;
         let (width, height) = (512, 384);
         let camera = camera.unwrap_or_else(|| scene.fitting_camera(width as f32 / height as f32));
         let view = View { camera, width, height, frame: self.frame };
         let trace = |samples_per_pixel| -> Result<Image> {
-            let options = Options { samples_per_pixel, displacement: self.displacement, ..Options::default() };
+            // About as many directions for each pixel.
+            let environment_samples = 1024 / samples_per_pixel;
+            let displacement = self.displacement;
+            let options = Options { samples_per_pixel, displacement, environment_samples, ..Options::default() };
             Ok(aam_reference::render(&scene, &view, &options)?.0)
         };
         let smooth = self.flip.map(|_| trace(16)).transpose()?;
@@ -319,6 +329,30 @@ const MISTAKES: &[Mistake] = &[
         noticed: Noticed::Twice,
         make: drop_highlights,
     },
+    Mistake {
+        name: "environment turned by 10 degrees",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.rotation += 0.17),
+    },
+    Mistake {
+        name: "environment reflected by mirrors",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.filter = Some(SpecularFilter::Mirror)),
+    },
+    Mistake {
+        name: "environment without diffuse light",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.diffuse = false),
+    },
+    Mistake {
+        name: "no tone mapping",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| scene.tone_map = ToneMap::Clamp,
+    },
     Mistake { name: "one light fewer", file: "character.scene.toml", noticed: Noticed::Twice, make: drop_light },
     Mistake {
         name: "colours decoded twice",
@@ -399,6 +433,12 @@ fn flip_green(scene: &mut Scene) {
     scene.meshes.iter_mut().for_each(|mesh| {
         Arc::make_mut(mesh).tangents.iter_mut().flatten().for_each(|tangent| tangent.w = -tangent.w);
     });
+}
+
+fn with_environment(scene: &mut Scene, change: impl FnOnce(&mut Environment)) {
+    if let Some(environment) = &mut scene.environment {
+        change(environment);
+    }
 }
 
 fn drop_light(scene: &mut Scene) {

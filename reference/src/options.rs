@@ -27,11 +27,13 @@ pub struct Options<'a> {
     pub shadows: Option<LightSize>,
     /// Shadow rays to each light that has a size, for each camera ray; 1 to 65,536, best a power of two.
     pub light_samples: u32,
+    /// Directions in which the scene's environment is looked at for each camera ray, diffuse and specular each; 1 to 65,536.
+    pub environment_samples: u32,
     /// How often light may be reflected between surfaces on its way from one that is lit or shines to the one seen: 0 to
     /// 1024. Above 0 the shading must be linear, and bounced light takes the place of the lights' ambient colours.
     pub bounces: u32,
-    /// Radiance that reaches surfaces from where there is no other surface, if light bounces. The camera sees the
-    /// background there all the same.
+    /// Radiance that reaches surfaces from where there is no other surface, if light bounces and the scene has no
+    /// environment of its own. The camera sees the background there all the same.
     pub environment: Vec3,
     /// Chooses among equally good random numbers for lights with a size and for bounces.
     pub seed: u32,
@@ -53,6 +55,7 @@ impl Default for Options<'_> {
             samples_per_pixel: 16,
             shadows: None,
             light_samples: 16,
+            environment_samples: 64,
             bounces: 0,
             environment: Vec3::ZERO,
             seed: 0,
@@ -74,6 +77,9 @@ impl Options<'_> {
         if !(1..=crate::MAX_LIGHT_SAMPLES).contains(&self.light_samples) {
             return Err(Error::LightSamples(self.light_samples));
         }
+        if !(1..=crate::MAX_ENVIRONMENT_SAMPLES).contains(&self.environment_samples) {
+            return Err(Error::EnvironmentSamples(self.environment_samples));
+        }
         if self.bounces > crate::MAX_BOUNCES {
             return Err(Error::Bounces(self.bounces));
         }
@@ -87,6 +93,7 @@ impl fmt::Debug for Options<'_> {
             .field("samples_per_pixel", &self.samples_per_pixel)
             .field("shadows", &self.shadows)
             .field("light_samples", &self.light_samples)
+            .field("environment_samples", &self.environment_samples)
             .field("bounces", &self.bounces)
             .field("environment", &self.environment)
             .field("seed", &self.seed)
@@ -147,6 +154,9 @@ pub enum Error {
     /// The number of shadow rays is out of range.
     #[error("{0} shadow rays to a light cannot be drawn: use 1 to {limit}", limit = crate::MAX_LIGHT_SAMPLES)]
     LightSamples(u32),
+    /// The number of directions into the environment is out of range.
+    #[error("{0} directions into the environment cannot be drawn: use 1 to {limit}", limit = crate::MAX_ENVIRONMENT_SAMPLES)]
+    EnvironmentSamples(u32),
     /// The number of bounces is out of range.
     #[error("{0} bounces cannot be drawn: use 0 to {limit}", limit = crate::MAX_BOUNCES)]
     Bounces(u32),

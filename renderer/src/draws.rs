@@ -9,6 +9,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Affine3A, DMat3, Mat3, Vec3};
 
 use crate::displacement::{DisplacementTable, Needs, Relief, SurfaceKey};
+use crate::environment::EnvironmentTerms;
 use crate::materials::{GpuMaterial, MaterialSlot, MaterialTable, opacity};
 use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
@@ -154,6 +155,8 @@ pub(crate) struct Mode {
     pub linear: bool,
     /// Some light has a direction.
     pub lit: bool,
+    /// An environment lights instead.
+    pub environment: Option<EnvironmentTerms>,
     /// Some light weakens with distance.
     pub falloff: bool,
     /// Sum of the lights' ambient colours.
@@ -204,7 +207,7 @@ pub(crate) fn prepare(
     uploader: &mut Uploader<'_>,
     warnings: &mut Vec<String>,
 ) -> Result<DrawList, RenderError> {
-    let mut list = place(scene, mode)?;
+    let mut list = place(scene, mode.animation_frame)?;
     let mut looks: HashMap<(u32, MeshTraits, [u32; 2]), Option<Look>> = HashMap::new();
     tables.displacements.begin();
     for drawn in list.meshes.clone() {
@@ -283,6 +286,7 @@ pub(crate) fn prepare(
             for (mirrored, instances) in halves.into_iter().filter(|(_, instances)| !instances.is_empty()) {
                 let batches = match mode.show {
                     Show::Shadow(_) if variant.alpha.blend => &mut list.unseen,
+                    Show::ShadowMap(_) => &mut list.unseen,
                     _ if variant.alpha.blend => &mut list.blended,
                     _ => &mut list.opaque,
                 };
@@ -305,18 +309,23 @@ pub(crate) fn prepare(
     Ok(list)
 }
 
+/// Whether any surface is lit by an environment.
+pub(crate) fn is_lit_by_environment(list: &DrawList) -> bool {
+    let lit = |batch: &Batch| matches!(batch.variant.surface, Surface::Environment { .. });
+    list.opaque.iter().chain(&list.blended).any(lit)
+}
+
 fn triangles(subset: &Subset) -> Range<u32> {
     subset.first_index..subset.first_index + subset.index_count / 3 * 3
 }
 
 /// World matrices of the visible nodes, grouped by mesh.
-fn place(scene: &Scene, mode: &Mode) -> Result<DrawList, RenderError> {
+/// Where everything visible stands at a frame of the animation.
+pub(crate) fn place(scene: &Scene, frame: usize) -> Result<DrawList, RenderError> {
     let mut locals: Vec<Affine3A> = scene.nodes.iter().map(|node| node.local).collect();
     for motion in scene.animation.iter().flat_map(|animation| &animation.nodes) {
         let last = motion.locals.len().saturating_sub(1);
-        if let (Some(local), Some(moved)) =
-            (locals.get_mut(motion.node.index()), motion.locals.get(mode.animation_frame.min(last)))
-        {
+        if let (Some(local), Some(moved)) = (locals.get_mut(motion.node.index()), motion.locals.get(frame.min(last))) {
             *local = *moved;
         }
     }
@@ -343,7 +352,7 @@ fn place(scene: &Scene, mode: &Mode) -> Result<DrawList, RenderError> {
         list.nodes.extend(plain.iter().chain(mirrored));
         list.meshes.push(DrawnMesh {
             mesh,
-            frame: mode.animation_frame.min(data.frames.len()),
+            frame: frame.min(data.frames.len()),
             instances: start..list.nodes.len() as u32,
             first_mirrored: start + plain.len() as u32,
         });
@@ -389,7 +398,7 @@ fn resolve(
     let normal_texture = normal_map.map(|found| (found, Meaning::Vectors, Layer::Normal));
 
     let (variant, base, second) = match mode.show {
-        Show::Lit | Show::Shadow(_) => {
+        Show::Lit | Show::Shadow(_) | Show::ShadowMap(_) => {
             let diffuse_map = find(Layer::Diffuse);
             let opacity = opacity(material);
             let test = material.alpha_cutoff.is_some();
@@ -405,6 +414,9 @@ fn resolve(
                 Surface::ShowShadow
             } else if light_map.is_some() {
                 Surface::LightMapped
+            } else if let Some(terms) = mode.environment {
+                let reflects = terms.diffuse > 0 && parameters.diffuse != Vec3::ZERO || terms.specular > 0 && specular;
+                if reflects { Surface::Environment { normal } } else { Surface::Flat }
             } else if mode.lit && (specular || parameters.diffuse != Vec3::ZERO) {
                 Surface::Lit { normal, specular, falloff: mode.falloff }
             } else {
@@ -429,7 +441,7 @@ fn resolve(
             let base = diffuse_map.map(|found| (found, color_meaning, Layer::Diffuse));
             let second = match surface {
                 Surface::LightMapped => light_map.map(|found| (found, color_meaning, Layer::LightMap)),
-                Surface::Lit { .. } => normal_texture,
+                Surface::Lit { .. } | Surface::Environment { .. } => normal_texture,
                 _ => None,
             };
             (variant, base, second)

@@ -28,6 +28,8 @@ pub(crate) struct Sources<'a> {
     pub sorted_indices: Option<&'a wgpu::Buffer>,
     pub format: PassFormat,
     pub constants: Constants,
+    /// Bind group 3 of surfaces that an environment lights.
+    pub environment: Option<&'a wgpu::BindGroup>,
 }
 
 /// Records into a pass, and changes only the state that differs.
@@ -58,6 +60,9 @@ impl<'a> Recorder<'a> {
 
     /// Draws opaque batches.
     pub(crate) fn opaque(&mut self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(group) = self.from.environment {
+            pass.set_bind_group(3, group, &[]);
+        }
         for batch in &self.from.list.opaque {
             let indices = batch.displaced.map_or(IndexSource::Mesh(batch.mesh), IndexSource::Displaced);
             if self.prepare(pass, batch, indices) {

@@ -10,7 +10,7 @@ use crate::materials::bind;
 use crate::overlay::OverlayDraw;
 use crate::pipelines::{Constants, DEPTH_FORMAT, PassFormat, PipelineKey};
 use crate::shader::Program;
-use crate::shadows::{CasterSources, FrameShadows, SourceList};
+use crate::shadows::{CasterSources, FrameShadows, ShownMap, SourceList};
 use crate::targets::TargetKey;
 use crate::timing::{Stamps, Timing};
 use crate::{Alpha, FrameStats, RenderError, RenderOptions, Renderer, Target};
@@ -22,9 +22,13 @@ pub(crate) struct Frame {
     pub overlays: Vec<OverlayDraw>,
     pub sources: SourceList,
     pub shadows: FrameShadows,
+    /// A shadow map that is shown instead of the scene.
+    pub map: Option<ShownMap>,
     pub backdrop: Backdrop,
     pub format: PassFormat,
     pub constants: Constants,
+    /// Bind group 3 of surfaces that an environment lights.
+    pub environment: Option<wgpu::BindGroup>,
     /// Drawn into the target itself.
     pub direct: bool,
     /// Drawn in linear light.
@@ -209,6 +213,16 @@ impl Renderer {
             stats.triangles += 1;
             stats.pipeline_switches += 1;
         }
+        if let Some(map) = &frame.map
+            && let Some(pipeline) = self.pipelines.get(&map.pipeline)
+        {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &map.group, &[]);
+            pass.draw(0..3, 0..1);
+            stats.draws += 1;
+            stats.triangles += 1;
+            stats.pipeline_switches += 1;
+        }
         let Some(group) = self.frame_group.as_ref().filter(|_| frame.format.depth) else { return };
         pass.set_bind_group(0, group, &[]);
         if let Some(group) = self.shadows.group().filter(|_| !frame.sources.set.is_empty()) {
@@ -226,6 +240,7 @@ impl Renderer {
             sorted_indices: self.sorted_indices.get(),
             format: frame.format,
             constants: frame.constants,
+            environment: frame.environment.as_ref(),
         };
         let mut recorder = Recorder::new(sources, stats);
         recorder.opaque(&mut pass);

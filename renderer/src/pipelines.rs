@@ -3,9 +3,13 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use aam_scene::ToneMap;
+
 use crate::draws::Instance;
+use crate::environment::EnvironmentTerms;
 use crate::lights::LightEnds;
 use crate::shader::{Program, Surface, Variant, source};
+use crate::shadows::MapKind;
 use crate::{Gpu, RenderError};
 
 /// Format of depth buffers.
@@ -38,12 +42,14 @@ impl PipelineKey {
     }
 }
 
-/// Values that the shader of a lit surface treats as constants.
+/// Values that the shader of a shaded surface treats as constants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Constants {
     pub lights: LightEnds,
     /// The camera is orthographic.
     pub parallel: bool,
+    pub environment: EnvironmentTerms,
+    pub tone_map: ToneMap,
     /// The shadow source that is shown, by its position in the shader's list.
     pub shown_source: u32,
 }
@@ -51,32 +57,51 @@ pub(crate) struct Constants {
 impl Constants {
     /// Those that a variant reads; the others make no further pipelines.
     pub(crate) fn read_by(self, variant: &Variant) -> Self {
+        let Self { lights, parallel, shown_source, environment, tone_map } = self;
         match variant.surface {
             Surface::Lit { specular, .. } => {
-                Self { parallel: self.parallel && (specular || variant.relief), shown_source: 0, ..self }
+                Self { lights, parallel: parallel && (specular || variant.relief), tone_map, ..Self::default() }
             }
-            Surface::ShowShadow => Self { shown_source: self.shown_source, ..Self::default() },
-            _ => Self { parallel: self.parallel && variant.relief, ..Self::default() },
+            Surface::ShowShadow => Self { shown_source, ..Self::default() },
+            Surface::Environment { .. } => Self {
+                parallel: parallel && (environment.specular > 0 || variant.relief),
+                environment,
+                tone_map,
+                ..Self::default()
+            },
+            _ if variant.is_shaded() => Self { parallel: parallel && variant.relief, tone_map, ..Self::default() },
+            _ => Self { parallel: parallel && variant.relief, ..Self::default() },
         }
     }
 
     /// Their names and values in WGSL.
     fn values(self, program: &Program) -> Vec<(&'static str, f64)> {
+        let tone_map = ("TONE_MAP", f64::from(self.tone_map as u8));
         let parallel = ("PARALLEL", f64::from(u8::from(self.parallel)));
         match program {
-            Program::Surface(Variant { surface: Surface::Lit { .. }, .. }) => {}
-            Program::Surface(Variant { surface: Surface::ShowShadow, .. }) => {
-                return vec![("SHOWN_SOURCE", f64::from(self.shown_source))];
-            }
-            Program::Surface(Variant { relief: true, .. }) => return vec![parallel],
-            _ => return Vec::new(),
+            Program::Sky => vec![tone_map],
+            Program::Surface(variant) => match variant.surface {
+                Surface::Lit { .. } => vec![
+                    tone_map,
+                    parallel,
+                    ("POINT_END", f64::from(self.lights.point)),
+                    ("DIRECTIONAL_END", f64::from(self.lights.directional)),
+                    ("SPOT_END", f64::from(self.lights.spot)),
+                ],
+                Surface::Environment { .. } => vec![
+                    tone_map,
+                    parallel,
+                    ("ENVIRONMENT_DIFFUSE", f64::from(self.environment.diffuse)),
+                    ("ENVIRONMENT_SPECULAR", f64::from(self.environment.specular)),
+                ],
+                Surface::ShowShadow => vec![("SHOWN_SOURCE", f64::from(self.shown_source))],
+                _ => {
+                    let shaded = variant.is_shaded().then_some(tone_map);
+                    shaded.into_iter().chain(variant.relief.then_some(parallel)).collect()
+                }
+            },
+            _ => Vec::new(),
         }
-        vec![
-            parallel,
-            ("POINT_END", f64::from(self.lights.point)),
-            ("DIRECTIONAL_END", f64::from(self.lights.directional)),
-            ("SPOT_END", f64::from(self.lights.spot)),
-        ]
     }
 }
 
@@ -103,6 +128,10 @@ pub(crate) struct Pipelines {
     material_layouts: [Option<wgpu::BindGroupLayout>; 8],
     picture_layout: Option<wgpu::BindGroupLayout>,
     texel_layout: Option<wgpu::BindGroupLayout>,
+    environment_layout: Option<wgpu::BindGroupLayout>,
+    sky_layout: Option<wgpu::BindGroupLayout>,
+    /// Of depth, of moments.
+    map_layouts: [Option<wgpu::BindGroupLayout>; 2],
 }
 
 impl Pipelines {
@@ -120,6 +149,9 @@ impl Pipelines {
             material_layouts: Default::default(),
             picture_layout: None,
             texel_layout: None,
+            environment_layout: None,
+            sky_layout: None,
+            map_layouts: Default::default(),
         }
     }
 
@@ -170,6 +202,40 @@ impl Pipelines {
         })
     }
 
+    /// Layout of bind group 3 of surfaces that an environment lights.
+    pub(crate) fn environment_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.environment_layout.get_or_insert_with(|| {
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "environment", &[entry(0, UNIFORM), entry(1, SAMPLER), entry(2, CUBE), entry(3, CUBE)])
+        })
+    }
+
+    /// Layout of the sky box.
+    pub(crate) fn sky_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.sky_layout.get_or_insert_with(|| {
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "sky", &[entry(0, UNIFORM), entry(1, SAMPLER), entry(2, CUBE)])
+        })
+    }
+
+    /// Layout of a shadow map that is shown.
+    pub(crate) fn map_layout(&mut self, gpu: &Gpu, kind: MapKind) -> &wgpu::BindGroupLayout {
+        self.map_layouts[usize::from(!kind.is_depth())].get_or_insert_with(|| {
+            let sample_type = if kind.is_depth() {
+                wgpu::TextureSampleType::Depth
+            } else {
+                wgpu::TextureSampleType::Float { filterable: false }
+            };
+            let map = wgpu::BindingType::Texture {
+                sample_type,
+                view_dimension: wgpu::TextureViewDimension::D2Array,
+                multisampled: false,
+            };
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "shown shadow map", &[entry(0, UNIFORM), entry(1, map)])
+        })
+    }
+
     /// Makes sure that a pipeline is built.
     pub(crate) fn ensure(
         &mut self,
@@ -212,17 +278,23 @@ impl Pipelines {
             }
             _ => None,
         };
-        let groups: Vec<wgpu::BindGroupLayout> = match key.program {
-            Program::Background { .. } => vec![self.picture_layout(gpu).clone()],
-            Program::Present { .. } => vec![self.texel_layout(gpu).clone()],
+        let environment = matches!(key.program, Program::Surface(Variant { surface: Surface::Environment { .. }, .. }));
+        let groups: Vec<Option<wgpu::BindGroupLayout>> = match key.program {
+            Program::Background { .. } => vec![Some(self.picture_layout(gpu).clone())],
+            Program::Sky => vec![Some(self.sky_layout(gpu).clone())],
+            Program::Present { .. } => vec![Some(self.texel_layout(gpu).clone())],
+            Program::ShadowMap(kind) => vec![Some(self.map_layout(gpu, kind).clone())],
             _ => {
-                let material = material_maps.map(|maps| self.material_layout(gpu, maps).clone());
+                let material = material_maps.map(|maps| Some(self.material_layout(gpu, maps).clone()));
                 let shadows =
                     shadows.filter(|_| matches!(key.program, Program::Surface(variant) if !variant.shadows.is_empty()));
-                [self.frame_layout.clone()].into_iter().chain(material).chain(shadows.cloned()).collect()
+                let shadows = shadows.map(|layout| Some(layout.clone()));
+                let environment = environment.then(|| [None, Some(self.environment_layout(gpu).clone())]);
+                let rest = material.into_iter().chain(shadows).chain(environment.into_iter().flatten());
+                [Some(self.frame_layout.clone())].into_iter().chain(rest).collect()
             }
         };
-        let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Some).collect();
+        let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Option::as_ref).collect();
         let label = format!("{:?}", key.program);
         let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(&label),
@@ -328,6 +400,12 @@ pub(crate) const fn texture(filterable: bool) -> wgpu::BindingType {
 const HEIGHTS: wgpu::BindingType = wgpu::BindingType::Texture {
     sample_type: wgpu::TextureSampleType::Uint,
     view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
+
+const CUBE: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: true },
+    view_dimension: wgpu::TextureViewDimension::Cube,
     multisampled: false,
 };
 

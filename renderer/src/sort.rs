@@ -56,6 +56,7 @@ struct Item {
 
 impl Sorted {
     /// Sorts the blended batches of a list as seen from `eye` along `direction`. Returns false if the order was known.
+    #[expect(clippy::too_many_arguments, reason = "all of it decides about the order")]
     pub(crate) fn update(
         &mut self,
         scene: &Scene,

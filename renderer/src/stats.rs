@@ -96,6 +96,8 @@ pub struct Resources {
     pub targets: usize,
     /// Shadow maps: one for each source, whatever its layers.
     pub shadow_maps: usize,
-    /// Bytes in mesh buffers, displaced surfaces, textures and shadow maps.
+    /// Bytes in mesh buffers, displaced surfaces, textures, environments and shadow maps.
     pub bytes: u64,
+    /// Of these, bytes of environments.
+    pub environment_bytes: u64,
 }

@@ -84,6 +84,18 @@ impl<'a> Uploader<'a> {
         bytes_per_texel: u32,
         contents: &[u8],
     ) {
+        self.write_layers(texture, mip_level, (width, height, 1), bytes_per_texel, contents);
+    }
+
+    /// Fills one level of all layers of a texture.
+    pub(crate) fn write_layers(
+        &mut self,
+        texture: &wgpu::Texture,
+        mip_level: u32,
+        (width, height, depth_or_array_layers): (u32, u32, u32),
+        bytes_per_texel: u32,
+        contents: &[u8],
+    ) {
         self.gpu.queue().write_texture(
             wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() },
             contents,
@@ -92,7 +104,7 @@ impl<'a> Uploader<'a> {
                 bytes_per_row: Some(width * bytes_per_texel),
                 rows_per_image: Some(height),
             },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            wgpu::Extent3d { width, height, depth_or_array_layers },
         );
         self.bytes += contents.len() as u64;
     }

@@ -62,7 +62,7 @@ impl ComputePipelines {
     }
 
     fn ensure(&mut self, gpu: &Gpu, program: Program) -> Result<&wgpu::ComputePipeline, RenderError> {
-        if !self.0.contains_key(&program) {
+        if let std::collections::hash_map::Entry::Vacant(e) = self.0.entry(program) {
             let text = source(&program)?;
             let label = format!("{program:?}");
             let module = gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -77,7 +77,7 @@ impl ComputePipelines {
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             });
-            self.0.insert(program, pipeline);
+            e.insert(pipeline);
         }
         Ok(&self.0[&program])
     }

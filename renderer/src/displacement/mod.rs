@@ -230,8 +230,8 @@ impl DisplacementTable {
             });
         }
         let address = Arc::as_ptr(mesh) as usize;
-        if !self.said.contains_key(&address) {
-            self.said.insert(address, Arc::downgrade(mesh));
+        if let std::collections::hash_map::Entry::Vacant(e) = self.said.entry(address) {
+            e.insert(Arc::downgrade(mesh));
             said.extend(warnings(mesh));
         }
         let key = SurfaceKey { mesh: address, subset };

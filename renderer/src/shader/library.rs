@@ -18,6 +18,7 @@ const FILES: &[(&str, &str)] = files![
     "background",
     "color",
     "displace",
+    "environment",
     "frame",
     "fullscreen",
     "heights",
@@ -34,13 +35,16 @@ const FILES: &[(&str, &str)] = files![
     "shadow_caster",
     "shadow_compare",
     "shadow_extrude",
+    "shadow_map",
     "shadow_mask",
     "shadow_moments",
     "shadow_running_blur",
     "shadow_volume",
     "shadow_warp",
+    "sky",
     "surface",
     "tessellation",
+    "tone_map",
 ];
 
 /// A shader program: a root file and the features that hold.
@@ -62,6 +66,8 @@ pub(crate) enum Program {
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
     Blur,
+    /// A shadow map as a picture.
+    ShadowMap(shadows::MapKind),
     /// A pass of the blur whose cost does not grow with the radius.
     RunningBlur(ShadowFilter),
     /// The volume that a caster shades.
@@ -70,6 +76,8 @@ pub(crate) enum Program {
     Mask,
     /// A background picture.
     Background { encode: bool },
+    /// The environment as background.
+    Sky,
     /// The last pass, into a target that could not be drawn to directly.
     Present { encode: bool, decode: bool, premultiply: bool },
 }
@@ -83,10 +91,12 @@ impl Program {
             Self::Interpolate => "interpolate",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
+            Self::ShadowMap(_) => "shadow_map",
             Self::RunningBlur(_) => "shadow_running_blur",
             Self::Extrude => "shadow_extrude",
             Self::Mask => "shadow_mask",
             Self::Background { .. } => "background",
+            Self::Sky => "sky",
             Self::Present { .. } => "present",
         }
     }
@@ -103,6 +113,7 @@ impl Program {
             Self::Displace { normals } => vec![("NORMALS", normals)],
             Self::Interpolate => Vec::new(),
             Self::Caster(caster) => caster.features(),
+            Self::ShadowMap(kind) => kind.features(),
             Self::RunningBlur(filter) => vec![
                 ("ESM", filter == ShadowFilter::Esm),
                 ("VSM", filter == ShadowFilter::Vsm),
@@ -111,6 +122,7 @@ impl Program {
             Self::Extrude => vec![("NODE_NORMALS", false), ("RECEIVERS", false)],
             Self::Blur | Self::Mask => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
+            Self::Sky => Vec::new(),
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
             }
@@ -138,7 +150,9 @@ fn all_programs() -> Vec<Program> {
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
     programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
     programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
+    programs.extend(shadows::MapKind::all().into_iter().map(Program::ShadowMap));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
+    programs.push(Program::Sky);
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
             encode,
@@ -203,13 +217,14 @@ mod tests {
         let programs = all_programs();
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
-        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
-        // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
+        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); 3 lit by an environment; light-mapped; flat. Each with 2
+        // (diffuse map) × 3 (vertex colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
         // Relief with each lit or textured surface.
-        let relief = (3 * 2 * 2 + 1) * 2 + 1;
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 3 + 2 + 6);
+        let relief = (3 * 2 * 2 + 3 + 1) * 2 + 1;
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 3 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
+        let shadows = shadows::Caster::all().len() + 3 + 5 + 6;
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows + 3 + 2 + 1 + 6);
     }
 
     #[test]

@@ -20,6 +20,8 @@ impl NormalSource {
 pub(crate) enum Surface {
     /// Phong reflection of lights. `falloff`: some weaken with distance.
     Lit { normal: NormalSource, specular: bool, falloff: bool },
+    /// The light of an environment instead of lights.
+    Environment { normal: NormalSource },
     /// Light from a texture.
     LightMapped,
     /// Emission and ambient light: no light's direction matters.
@@ -92,6 +94,7 @@ impl Variant {
             for specular in [false, true] {
                 surfaces.extend([false, true].map(|falloff| Surface::Lit { normal, specular, falloff }));
             }
+            surfaces.push(Surface::Environment { normal });
         }
         let mut variants = Vec::new();
         for surface in surfaces {
@@ -119,16 +122,22 @@ impl Variant {
     /// A displacement map makes a difference by parallax: to normals or to where textures are.
     pub(crate) fn shows_relief(&self) -> bool {
         match self.surface {
-            Surface::Lit { .. } | Surface::LightMapped => true,
+            Surface::Lit { .. } | Surface::Environment { .. } | Surface::LightMapped => true,
             _ => self.diffuse_map,
         }
     }
 
     fn normal(&self) -> Option<NormalSource> {
         match self.surface {
-            Surface::Lit { normal, .. } | Surface::ShowNormal(normal) => Some(normal),
+            Surface::Lit { normal, .. } | Surface::Environment { normal } | Surface::ShowNormal(normal) => Some(normal),
             _ => None,
         }
+    }
+
+    /// True where what is drawn is light, not a stored value.
+    pub(crate) fn is_shaded(&self) -> bool {
+        use Surface::{Environment, Flat, LightMapped, Lit};
+        matches!(self.surface, Lit { .. } | Environment { .. } | LightMapped | Flat)
     }
 
     /// Reads vertex normals.
@@ -175,13 +184,19 @@ impl Variant {
         };
         vec![
             ("LIT", matches!(self.surface, Surface::Lit { .. })),
+            ("ENVIRONMENT", matches!(self.surface, Surface::Environment { .. })),
+            ("SHADED", self.is_shaded()),
             ("LIGHT_MAPPED", self.surface == Surface::LightMapped),
             ("FLAT", self.surface == Surface::Flat),
             ("SHOW_NORMAL", matches!(self.surface, Surface::ShowNormal(_))),
             ("SHOW_UV", self.surface == Surface::ShowUv),
             ("SHOW_NOTHING", self.surface == Surface::ShowNothing),
             ("SHOW_SHADOW", self.surface == Surface::ShowShadow),
-            ("POSITION", self.relief || matches!(self.surface, Surface::Lit { .. } | Surface::ShowShadow)),
+            (
+                "POSITION",
+                self.relief
+                    || matches!(self.surface, Surface::Lit { .. } | Surface::Environment { .. } | Surface::ShowShadow),
+            ),
             ("SHADOWS", !self.shadows.is_empty()),
             ("RECEIVERS", self.shadows.masked),
             ("FILTERABLE", self.shadows.filterable),

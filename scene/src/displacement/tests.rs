@@ -411,7 +411,7 @@ fn height_over(mesh: &Mesh, at: Vec2) -> Option<f32> {
         let (u, v, w) = ((b - a).truncate(), (c - a).truncate(), at - a.truncate());
         let area = u.perp_dot(v);
         let (s, t) = (w.perp_dot(v) / area, u.perp_dot(w) / area);
-        (s >= -1e-5 && t >= -1e-5 && s + t <= 1.0 + 1e-5).then(|| a.z + s * (b.z - a.z) + t * (c.z - a.z))
+        (s >= -1e-5 && t >= -1e-5 && s + t <= 1.0 + 1e-5).then_some(a.z + s * (b.z - a.z) + t * (c.z - a.z))
     })
 }
 
