@@ -63,13 +63,11 @@ fn specular_light(d: vec3f, exponent: f32) -> vec3f {
     let variance = 1.0 / max(exponent, 1e-3) + max(dot(across, across), dot(down, down)) / 12.0;
     // A level that is no number may be read from anywhere.
     let relative = clamp(environment.first_exponent * variance, 0.0, 1e9);
-    var level = relative;
-    if (relative > 1.0) {
-        let whole = floor(0.5 * log2(relative));
-        level = 1.0 + whole + (relative * exp2(-2.0 * whole) - 1.0) / 3.0;
-    }
+    let whole = floor(0.5 * log2(max(relative, 1.0)));
+    let wide = 1.0 + whole + (relative * exp2(-2.0 * whole) - 1.0) / 3.0;
+    let wanted = select(relative, wide, relative > 1.0);
     let last = environment.last_level;
-    level = select(select(0.0, last, level >= last), level, level > 0.0 && level < last);
+    let level = select(select(0.0, last, wanted >= last), wanted, wanted > 0.0 && wanted < last);
     return textureSampleLevel(specular_cube, environment_sampler, d, level).rgb;
 }
 #endif
