@@ -38,7 +38,7 @@ mod work;
 
 use std::time::Instant;
 
-use aam_scene::{Image, Pixels, Scene, Shading, View};
+use aam_scene::{Image, Pixels, Scene, Shading, View, displacement};
 use glam::{Vec2, Vec4};
 
 use crate::bvh::Ray;
@@ -139,13 +139,14 @@ fn draw<T: Copy + Default + Send>(
     work::with_threads(options, || {
         let rays = RayMaker::new(view)?;
         let start = Instant::now();
-        let world = World::new(scene, view, options)?;
+        let (scene, _) = displacement::displaced(scene, view, options.displacement)?;
+        let world = World::new(&scene, view, options)?;
         if options.bounces > 0 && world.shading == Shading::Source {
             return Err(Error::BouncesInSource);
         }
         let shader = world.shader(options);
         let background = options.background.as_ref().unwrap_or(&scene.background);
-        let display = Display::new(scene);
+        let display = Display::new(&scene);
         let sky_display = (shown != Shown::Nothing).then_some(display);
         let backdrop = Backdrop::new(background, world.shading, world.sky.as_ref(), sky_display);
         let mut stats = world.stats(start.elapsed());

@@ -4,7 +4,7 @@ use std::fmt;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use aam_scene::{Background, Shading};
+use aam_scene::{Background, DisplacementError, DisplacementMode, Shading};
 use glam::Vec3;
 use thiserror::Error;
 
@@ -37,6 +37,8 @@ pub struct Options<'a> {
     pub environment: Vec3,
     /// Chooses among equally good random numbers for lights with a size and for bounces.
     pub seed: u32,
+    /// How displacement maps are drawn: as geometry, which casts shadows too.
+    pub displacement: DisplacementMode,
     /// Replaces [`aam_scene::Scene::shading`].
     pub shading: Option<Shading>,
     /// Replaces [`aam_scene::Scene::background`].
@@ -57,6 +59,7 @@ impl Default for Options<'_> {
             bounces: 0,
             environment: Vec3::ZERO,
             seed: 0,
+            displacement: DisplacementMode::default(),
             shading: None,
             background: None,
             threads: None,
@@ -94,6 +97,7 @@ impl fmt::Debug for Options<'_> {
             .field("bounces", &self.bounces)
             .field("environment", &self.environment)
             .field("seed", &self.seed)
+            .field("displacement", &self.displacement)
             .field("shading", &self.shading)
             .field("background", &self.background)
             .field("threads", &self.threads)
@@ -165,6 +169,9 @@ pub enum Error {
     /// More triangles than can be numbered.
     #[error("the scene has {0} triangles, counting every instance; at most {limit} can be drawn", limit = crate::MAX_TRIANGLES)]
     Triangles(usize),
+    /// A displaced mesh cannot be drawn.
+    #[error(transparent)]
+    Displacement(#[from] DisplacementError),
     /// More lights than the renderer takes.
     #[error("the scene has {0} lights; at most {limit} can be drawn", limit = crate::MAX_LIGHTS)]
     Lights(usize),

@@ -6,6 +6,7 @@
 
 mod backdrop;
 mod camera;
+mod displacement;
 mod draws;
 mod encode;
 mod environment;
@@ -39,6 +40,6 @@ pub use lights::MAX_LIGHTS;
 pub use options::{Msaa, Overlays, RenderOptions, Shape, ShapeKind, ShapeVertex, Show};
 pub use renderer::Renderer;
 pub use shader::{ShaderError, shader_sources};
-pub use shadows::{MAX_SHADOW_SOURCES, ShadowLimit, shadow_limits};
+pub use shadows::{MAX_SHADOW_SOURCES, ShadowLimit, shadow_camera, shadow_limits};
 pub use stats::{CpuTimes, FrameStats, PassTime, Resources};
 pub use target::{Alpha, Target};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use aam_scene::{Background, Layer, Shading};
+use aam_scene::{Background, DisplacementMode, Layer, Shading};
 use glam::Vec3;
 
 use crate::EnvironmentDetail;
@@ -52,6 +52,9 @@ pub enum Show {
     /// How much of its light a shadow source lets through, from black to white: the source at this position in
     /// [`aam_scene::Shadows::sources`].
     Shadow(usize),
+    /// The map of the shadow source at this position in [`aam_scene::Shadows::sources`], near the source light, far dark:
+    /// one square, or one for each cascade or face of a cube. Black where there is none.
+    ShadowMap(usize),
     /// Fractional part of a layer's texture coordinates, after the texture matrix, as red and green. Surfaces without
     /// them are dark grey.
     Uvs(Layer),
@@ -116,6 +119,8 @@ pub struct RenderOptions {
     pub shading: Option<Shading>,
     /// Instead of [`aam_scene::Scene::background`].
     pub background: Option<Background>,
+    /// How displacement maps are drawn.
+    pub displacement: DisplacementMode,
     /// Which aspect of the surfaces is drawn.
     pub show: Show,
     /// Lines drawn over the picture.
@@ -137,6 +142,7 @@ impl Default for RenderOptions {
             msaa: Msaa::default(),
             shading: None,
             background: None,
+            displacement: DisplacementMode::default(),
             show: Show::default(),
             overlays: Overlays::default(),
             environment: EnvironmentDetail::default(),

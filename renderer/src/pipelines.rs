@@ -9,6 +9,7 @@ use crate::draws::Instance;
 use crate::environment::EnvironmentTerms;
 use crate::lights::LightEnds;
 use crate::shader::{Program, Surface, Variant, source};
+use crate::shadows::MapKind;
 use crate::{Gpu, RenderError};
 
 /// Format of depth buffers.
@@ -59,16 +60,16 @@ impl Constants {
         let Self { lights, parallel, shown_source, environment, tone_map } = self;
         match variant.surface {
             Surface::Lit { specular, .. } => {
-                Self { lights, parallel: parallel && specular, tone_map, ..Self::default() }
+                Self { lights, parallel: parallel && (specular || variant.relief), tone_map, ..Self::default() }
             }
             Surface::ShowShadow => Self { shown_source, ..Self::default() },
             Surface::Environment { specular, .. } => {
                 let environment =
                     EnvironmentTerms { specular: if specular { environment.specular } else { 0 }, ..environment };
-                Self { parallel: parallel && specular, environment, tone_map, ..Self::default() }
+                Self { parallel: parallel && (specular || variant.relief), environment, tone_map, ..Self::default() }
             }
-            _ if variant.is_shaded() => Self { tone_map, ..Self::default() },
-            _ => Self::default(),
+            _ if variant.is_shaded() => Self { parallel: parallel && variant.relief, tone_map, ..Self::default() },
+            _ => Self { parallel: parallel && variant.relief, ..Self::default() },
         }
     }
 
@@ -95,8 +96,10 @@ impl Constants {
                     values
                 }
                 Surface::ShowShadow => vec![("SHOWN_SOURCE", f64::from(self.shown_source))],
-                _ if variant.is_shaded() => vec![tone_map],
-                _ => Vec::new(),
+                _ => {
+                    let shaded = variant.is_shaded().then_some(tone_map);
+                    shaded.into_iter().chain(variant.relief.then_some(parallel)).collect()
+                }
             },
             _ => Vec::new(),
         }
@@ -108,11 +111,12 @@ impl Constants {
 pub(crate) struct MapSet {
     pub base: bool,
     pub second: bool,
+    pub relief: bool,
 }
 
 impl MapSet {
     fn index(self) -> usize {
-        usize::from(self.base) + 2 * usize::from(self.second)
+        usize::from(self.base) + 2 * usize::from(self.second) + 4 * usize::from(self.relief)
     }
 }
 
@@ -122,11 +126,13 @@ pub(crate) struct Pipelines {
     pipelines: HashMap<PipelineKey, wgpu::RenderPipeline>,
     modules: HashMap<Program, wgpu::ShaderModule>,
     frame_layout: wgpu::BindGroupLayout,
-    material_layouts: [Option<wgpu::BindGroupLayout>; 4],
+    material_layouts: [Option<wgpu::BindGroupLayout>; 8],
     picture_layout: Option<wgpu::BindGroupLayout>,
     texel_layout: Option<wgpu::BindGroupLayout>,
     environment_layout: Option<wgpu::BindGroupLayout>,
     sky_layout: Option<wgpu::BindGroupLayout>,
+    /// Of depth, of moments.
+    map_layouts: [Option<wgpu::BindGroupLayout>; 2],
 }
 
 impl Pipelines {
@@ -146,6 +152,7 @@ impl Pipelines {
             texel_layout: None,
             environment_layout: None,
             sky_layout: None,
+            map_layouts: Default::default(),
         }
     }
 
@@ -166,6 +173,10 @@ impl Pipelines {
             }
             if maps.second {
                 entries.push(layout_entry(3, wgpu::ShaderStages::FRAGMENT, texture(true)));
+            }
+            if maps.relief {
+                entries.push(layout_entry(4, wgpu::ShaderStages::VERTEX_FRAGMENT, UNIFORM));
+                entries.push(layout_entry(5, wgpu::ShaderStages::FRAGMENT, HEIGHTS));
             }
             layout(gpu, "material", &entries)
         })
@@ -208,6 +219,24 @@ impl Pipelines {
         })
     }
 
+    /// Layout of a shadow map that is shown.
+    pub(crate) fn map_layout(&mut self, gpu: &Gpu, kind: MapKind) -> &wgpu::BindGroupLayout {
+        self.map_layouts[usize::from(!kind.is_depth())].get_or_insert_with(|| {
+            let sample_type = if kind.is_depth() {
+                wgpu::TextureSampleType::Depth
+            } else {
+                wgpu::TextureSampleType::Float { filterable: false }
+            };
+            let map = wgpu::BindingType::Texture {
+                sample_type,
+                view_dimension: wgpu::TextureViewDimension::D2Array,
+                multisampled: false,
+            };
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "shown shadow map", &[entry(0, UNIFORM), entry(1, map)])
+        })
+    }
+
     /// Makes sure that a pipeline is built.
     pub(crate) fn ensure(
         &mut self,
@@ -245,7 +274,9 @@ impl Pipelines {
 
     fn build(&mut self, gpu: &Gpu, key: PipelineKey, shadows: Option<&wgpu::BindGroupLayout>) -> wgpu::RenderPipeline {
         let material_maps = match key.program {
-            Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
+            Program::Surface(variant) => {
+                Some(MapSet { base: variant.base_map(), second: variant.second_map(), relief: variant.relief })
+            }
             _ => None,
         };
         let environment = matches!(key.program, Program::Surface(Variant { surface: Surface::Environment { .. }, .. }));
@@ -253,6 +284,7 @@ impl Pipelines {
             Program::Background { .. } => vec![Some(self.picture_layout(gpu).clone())],
             Program::Sky => vec![Some(self.sky_layout(gpu).clone())],
             Program::Present { .. } => vec![Some(self.texel_layout(gpu).clone())],
+            Program::ShadowMap(kind) => vec![Some(self.map_layout(gpu, kind).clone())],
             _ => {
                 let material = material_maps.map(|maps| Some(self.material_layout(gpu, maps).clone()));
                 let shadows =
@@ -365,6 +397,13 @@ pub(crate) const fn texture(filterable: bool) -> wgpu::BindingType {
     }
 }
 
+/// Displacement maps.
+const HEIGHTS: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Uint,
+    view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
+
 const CUBE: wgpu::BindingType = wgpu::BindingType::Texture {
     sample_type: wgpu::TextureSampleType::Float { filterable: true },
     view_dimension: wgpu::TextureViewDimension::Cube,
@@ -392,6 +431,7 @@ pub(crate) enum Slot {
     Color,
     BaseUv,
     SecondUv,
+    ReliefUv,
 }
 
 /// The vertex buffers of a surface variant in their order; the instances follow.
@@ -403,6 +443,7 @@ pub(crate) fn surface_slots(variant: &Variant) -> impl Iterator<Item = Slot> + u
         (variant.vertex_colors(), Slot::Color),
         (variant.base_uv(), Slot::BaseUv),
         (variant.second_map(), Slot::SecondUv),
+        (variant.relief, Slot::ReliefUv),
     ]
     .into_iter()
     .filter_map(|(used, slot)| used.then_some(slot))
@@ -437,6 +478,7 @@ impl VertexBuffers {
                     Slot::Color => single(Float32x4, 3),
                     Slot::BaseUv => single(Float32x2, 4),
                     Slot::SecondUv => single(Float32x2, 5),
+                    Slot::ReliefUv => single(Float32x2, 6),
                 })
                 .chain([instances(variant.node_normals(), variant.shadows.masked)])
                 .collect(),

@@ -6,6 +6,7 @@ use aam_scene::{Background, Image, Pixels, Projection, Scene, Shading, View};
 
 use crate::backdrop;
 use crate::camera::{FrameUniform, view_direction};
+use crate::displacement::DisplacementTable;
 use crate::draws::{self, Mode, Tables};
 use crate::environment::{EnvironmentTable, EnvironmentTerms, SkyUniform, Wanted};
 use crate::frame::Frame;
@@ -36,6 +37,7 @@ pub struct Renderer {
     pub(crate) meshes: MeshTable,
     pub(crate) textures: TextureTable,
     pub(crate) materials: MaterialTable,
+    pub(crate) displacements: DisplacementTable,
     pub(crate) pipelines: Pipelines,
     pub(crate) targets: TargetPool,
     pub(crate) overlays: OverlayTable,
@@ -62,6 +64,7 @@ impl Renderer {
             meshes: MeshTable::default(),
             textures: TextureTable::default(),
             materials: MaterialTable::default(),
+            displacements: DisplacementTable::default(),
             targets: TargetPool::default(),
             overlays: OverlayTable::new(),
             environments: EnvironmentTable::new(),
@@ -177,7 +180,7 @@ impl Renderer {
     }
 
     fn pipelines_built(&self) -> usize {
-        self.pipelines.len() + self.shadows.pipelines.len()
+        self.pipelines.len() + self.shadows.pipelines.len() + self.displacements.pipelines.len()
     }
 
     /// Waits for the GPU and returns the times of the last frame; `None` as for [`FrameStats::gpu`].
@@ -194,13 +197,20 @@ impl Renderer {
         Resources {
             meshes: self.meshes.len(),
             mesh_buffers: self.meshes.buffer_count(),
+            displaced_surfaces: self.displacements.len(),
             textures: self.textures.len(),
             materials: self.materials.len(),
-            shaders_built: self.pipelines.module_count() + self.shadows.pipelines.module_count(),
+            shaders_built: self.pipelines.module_count()
+                + self.shadows.pipelines.module_count()
+                + self.displacements.pipelines.len(),
             pipelines_built: self.pipelines_built(),
             targets: self.targets.len(),
             shadow_maps: self.shadows.len(),
-            bytes: self.meshes.bytes() + self.textures.bytes() + self.environments.bytes() + self.shadows.bytes(),
+            bytes: self.meshes.bytes()
+                + self.displacements.bytes()
+                + self.textures.bytes()
+                + self.environments.bytes()
+                + self.shadows.bytes(),
             environment_bytes: self.environments.bytes(),
         }
     }
@@ -255,13 +265,13 @@ impl Renderer {
 
         let animation_frame = if view.frame >= 0.0 { view.frame as usize } else { 0 };
         let shown = match options.show {
-            Show::Shadow(source) => Some(source),
+            Show::Shadow(source) | Show::ShadowMap(source) => Some(source),
             _ => None,
         };
         let sources = match options.show {
             // An environment casts none.
             Show::Lit if lighting.is_some() => SourceList::default(),
-            Show::Lit | Show::Shadow(_) => {
+            Show::Lit | Show::Shadow(_) | Show::ShadowMap(_) => {
                 let filterable = is_filterable(&gpu);
                 SourceList::new(scene, &packed_lights.order, shown, filterable, &mut stats.warnings)
             }
@@ -277,15 +287,19 @@ impl Renderer {
             ambient_light: packed_lights.ambient,
             anisotropy: options.anisotropy.clamp(1, 16),
             animation_frame,
+            displacement: options.displacement,
+            wireframe: options.overlays.wireframe,
             picture: self.picture,
         };
         let mut tables = Tables {
             meshes: &mut self.meshes,
             textures: &mut self.textures,
             materials: &mut self.materials,
+            displacements: &mut self.displacements,
             pipelines: &mut self.pipelines,
         };
-        let mut list = draws::prepare(scene, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        let mut list = draws::prepare(scene, view, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        stats.displaced_points = self.displacements.point_count();
         let preparation = Preparation {
             scene,
             view,
@@ -298,7 +312,9 @@ impl Renderer {
         };
         let shadows = self.shadows.prepare(preparation, &mut self.pipelines, &mut uploader, &mut stats.warnings)?;
         stats.shadow_bytes = self.shadows.bytes();
-        let anything = !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty();
+        let shows_map = matches!(options.show, Show::ShadowMap(_));
+        let anything =
+            !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty() && !shows_map;
 
         let background = options.background.as_ref().unwrap_or(&scene.background);
         let direct = draws_directly(target, linear, backdrop::is_opaque(background, &mut self.textures));
@@ -325,24 +341,31 @@ impl Renderer {
         };
         let overlays =
             self.overlays.prepare(&options.overlays, scene, &list, &mut self.meshes, &mut uploader, format, linear)?;
-        if anything {
+        if anything || !shadows.is_empty() {
             self.frame_uniform.set(&mut uploader, bytemuck::bytes_of(&uniform))?;
             self.light_uniform.set(&mut uploader, bytemuck::bytes_of(&packed_lights.list))?;
             self.instances.set(&mut uploader, bytemuck::cast_slice(&list.instances))?;
             self.make_frame_group();
         }
+        let shown_slot = shown.and_then(|shown| sources.indices.iter().position(|index| *index == shown));
+        let map = match (shown_slot, &scene.shadows) {
+            (Some(slot), Some(all)) if shows_map => {
+                let settings = &all.sources[sources.indices[slot]].settings;
+                let size = [view.width, view.height];
+                self.shadows.show(slot, settings, size, format, &mut self.pipelines, &mut uploader)?
+            }
+            _ => None,
+        };
         let constants = Constants {
             lights: packed_lights.ends,
             parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
             environment: wanted.terms,
             tone_map: scene.tone_map,
             // Beyond the list's end where the source casts nothing: all is lit.
-            shown_source: shown
-                .and_then(|shown| sources.indices.iter().position(|index| *index == shown))
-                .map_or(u32::MAX, |place| place as u32),
+            shown_source: shown_slot.map_or(u32::MAX, |place| place as u32),
         };
         let frame =
-            Frame { constants, list, overlays, sources, shadows, backdrop, environment, format, direct, linear };
+            Frame { constants, list, overlays, sources, shadows, map, backdrop, environment, format, direct, linear };
         stats.cpu.upload_ms = milliseconds(start);
 
         let start = Instant::now();
@@ -355,7 +378,15 @@ impl Renderer {
         } else {
             let direction = view_direction(&view.camera);
             let list = &frame.list;
-            if self.sorted.update(scene, list, &self.meshes, animation_frame, uniform.eye, direction)? {
+            if self.sorted.update(
+                scene,
+                list,
+                &self.meshes,
+                &self.displacements,
+                animation_frame,
+                uniform.eye,
+                direction,
+            )? {
                 self.sorted_indices.set(&mut uploader, bytemuck::cast_slice(&self.sorted.indices))?;
             }
         }
@@ -375,6 +406,7 @@ impl Renderer {
         self.meshes.sweep();
         self.textures.sweep(self.picture);
         self.materials.sweep(&self.textures, self.picture);
+        self.displacements.sweep(self.picture);
         self.targets.sweep(self.picture);
         self.overlays.sweep();
         self.environments.sweep(self.picture);

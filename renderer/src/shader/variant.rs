@@ -70,6 +70,8 @@ pub(crate) struct Variant {
     pub alpha: AlphaMode,
     /// Sources that darken it.
     pub shadows: ShadowSet,
+    /// A displacement map is drawn by parallax.
+    pub relief: bool,
 }
 
 impl Variant {
@@ -81,10 +83,11 @@ impl Variant {
             color: ColorSource::None,
             alpha: AlphaMode::OPAQUE,
             shadows: ShadowSet::NONE,
+            relief: false,
         }
     }
 
-    /// Every legal variant, in a fixed order; of shadows those sets that cover all text.
+    /// Every legal variant, in a fixed order; of shadows those sets that cover all text, and of relief what it is added to.
     pub(crate) fn all() -> Vec<Self> {
         let mut surfaces = vec![Surface::LightMapped, Surface::Flat];
         for normal in NormalSource::ALL {
@@ -95,11 +98,14 @@ impl Variant {
         }
         let mut variants = Vec::new();
         for surface in surfaces {
+            let relief = [false, true].map(|diffuse_map| Self { diffuse_map, relief: true, ..Self::show(surface) });
+            variants.extend(relief.into_iter().filter(Self::shows_relief));
             for diffuse_map in [false, true] {
                 for color in [ColorSource::None, ColorSource::Stored, ColorSource::Decoded] {
                     for (test, blend) in [(false, false), (false, true), (true, false), (true, true)] {
                         let alpha = AlphaMode { test, blend };
-                        variants.push(Self { surface, diffuse_map, color, alpha, shadows: ShadowSet::NONE });
+                        let plain = Self::show(surface);
+                        variants.push(Self { diffuse_map, color, alpha, ..plain });
                     }
                 }
             }
@@ -111,6 +117,14 @@ impl Variant {
             variants.extend([lit, Surface::ShowShadow].map(|surface| Self { shadows, ..Self::show(surface) }));
         }
         variants
+    }
+
+    /// A displacement map makes a difference by parallax: to normals or to where textures are.
+    pub(crate) fn shows_relief(&self) -> bool {
+        match self.surface {
+            Surface::Lit { .. } | Surface::Environment { .. } | Surface::LightMapped => true,
+            _ => self.diffuse_map,
+        }
     }
 
     fn normal(&self) -> Option<NormalSource> {
@@ -183,7 +197,8 @@ impl Variant {
             ("SHOW_SHADOW", self.surface == Surface::ShowShadow),
             (
                 "POSITION",
-                matches!(self.surface, Surface::Lit { .. } | Surface::Environment { .. } | Surface::ShowShadow),
+                self.relief
+                    || matches!(self.surface, Surface::Lit { .. } | Surface::Environment { .. } | Surface::ShowShadow),
             ),
             ("SHADOWS", !self.shadows.is_empty()),
             ("RECEIVERS", self.shadows.masked),
@@ -198,6 +213,7 @@ impl Variant {
             ("BASE_MAP", self.base_map()),
             ("BASE_UV", self.base_uv()),
             ("SECOND_MAP", self.second_map()),
+            ("RELIEF", self.relief),
             ("SPECULAR", specular),
             ("FALLOFF", falloff),
             ("ALPHA_TEST", self.alpha.test),
