@@ -42,7 +42,10 @@ fn reversed(mesh: &Mesh) -> Mesh {
 fn floating(text: &str, mesh: Mesh, turn: Affine3A) -> Scene {
     let mut scene = stage(text);
     scene.meshes.push(Arc::new(mesh));
-    scene.nodes.push(node(1, Affine3A::from_translation(Vec3::new(0.1, 0.0, 0.5)) * turn * Affine3A::from_scale(Vec3::splat(0.25))));
+    scene.nodes.push(node(
+        1,
+        Affine3A::from_translation(Vec3::new(0.1, 0.0, 0.5)) * turn * Affine3A::from_scale(Vec3::splat(0.25)),
+    ));
     sheet(&mut scene, 0.9, ALL, ALL);
     scene
 }
@@ -81,9 +84,15 @@ fn maps_of_back_faces_need_no_bias_on_closed_meshes() {
     let Some(mut renderer) = renderer() else { return };
     // Seen from where the source is: the lit hemisphere.
     for (faces, acne) in [("both", true), ("front", true), ("back", false)] {
-        let mut scene = floating(&format!("hard:resolution=64,slope_bias=0,faces={faces}"), sphere(24), Affine3A::IDENTITY);
+        let mut scene =
+            floating(&format!("hard:resolution=64,slope_bias=0,faces={faces}"), sphere(24), Affine3A::IDENTITY);
         scene.nodes.pop();
-        let camera = Camera { projection: Projection::Orthographic { height: 0.34 }, target: Vec3::new(0.1, 0.0, 0.0), position: Vec3::new(0.1, 0.0, 5.0), ..crate::common::front() };
+        let camera = Camera {
+            projection: Projection::Orthographic { height: 0.34 },
+            target: Vec3::new(0.1, 0.0, 0.0),
+            position: Vec3::new(0.1, 0.0, 5.0),
+            ..crate::common::front()
+        };
         assert_eq!(see(&mut renderer, &scene, camera, 48, 48).min() < 1.0, acne, "{faces}");
     }
 }
@@ -139,7 +148,9 @@ fn least_bias(renderer: &mut Renderer, angle: f32) -> f32 {
 #[test]
 fn one_slope_bias_suits_every_slope_and_no_constant_one_does() {
     let Some(mut renderer) = renderer() else { return };
-    for technique in ["hard", "pcf", "pcf:kernel=box,radius=3", "pcf:kernel=poisson,radius=3", "pcf:receiver_plane=true,radius=3"] {
+    for technique in
+        ["hard", "pcf", "pcf:kernel=box,radius=3", "pcf:kernel=poisson,radius=3", "pcf:receiver_plane=true,radius=3"]
+    {
         for degrees in [0, 15, 30, 45, 60, 75, 85] {
             let mut scene = tilted(technique, (degrees as f32).to_radians());
             shadows(&mut scene).sources[0].settings.resolution = 32;
@@ -180,7 +191,9 @@ fn maps_of_back_faces_leave_a_slit_under_boxes() {
         });
         // The shadow falls to +x, from the box's foot at x = 0.5.
         scene.meshes.push(Arc::new(cube()));
-        scene.nodes.push(node(1, Affine3A::from_scale_rotation_translation(Vec3::splat(0.5), Quat::IDENTITY, Vec3::Z * 0.5)));
+        scene
+            .nodes
+            .push(node(1, Affine3A::from_scale_rotation_translation(Vec3::splat(0.5), Quat::IDENTITY, Vec3::Z * 0.5)));
         sheet(&mut scene, 1.0, ALL, ALL);
         let camera = from_below((0.7, 0.05), 0.4 / 400.0);
         let row = see(&mut renderer, &scene, camera, 400, 1).lit;

@@ -33,7 +33,10 @@ fn the_blur_is_the_outer_product_of_its_weights() {
             for x in 0..SIZE {
                 let expected = weight(x as i32 - 16) * weight(y as i32 - 16);
                 let found = f64::from(seen.at(x, y));
-                assert!((found - expected).abs() <= 1e-5 * expected + 1e-12, "radius {radius} at ({x}, {y}): {found}, not {expected}");
+                assert!(
+                    (found - expected).abs() <= 1e-5 * expected + 1e-12,
+                    "radius {radius} at ({x}, {y}): {found}, not {expected}"
+                );
                 sum += found;
             }
         }

@@ -103,11 +103,10 @@ fn clutter(technique: ShadowTechnique) -> Scene {
         Affine3A::from_rotation_translation(Quat::from_rotation_y(0.4), Vec3::new(0.0, 0.0, 0.25))
             * Affine3A::from_scale(Vec3::splat(1.5)),
     );
-    scene.nodes.push(node(1, Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), Quat::IDENTITY, Vec3::Z * 0.5)));
-    scene.lights = vec![
-        directional(Vec3::new(0.1, 0.2, -1.0), Vec3::ONE),
-        point(Vec3::new(0.0, 0.1, 0.9), Vec3::ONE),
-    ];
+    scene
+        .nodes
+        .push(node(1, Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), Quat::IDENTITY, Vec3::Z * 0.5)));
+    scene.lights = vec![directional(Vec3::new(0.1, 0.2, -1.0), Vec3::ONE), point(Vec3::new(0.0, 0.1, 0.9), Vec3::ONE)];
     let source = &mut shadows(&mut scene).sources[0];
     match technique.layout {
         ShadowLayout::One => {}
@@ -128,8 +127,16 @@ fn shadows_are_shares_of_light_for_every_parameter() {
         let mut scene = clutter(technique);
         let usual = ShadowSettings { resolution: 48, ..settings(&technique.to_string()) };
         for parameter in usual.parameters() {
+            // What is made of a map does not depend on how many there are.
+            let of_layout =
+                ["resolution", "radius", "intensity", "cascades", "split", "blend"].contains(&parameter.key);
+            if technique.layout != ShadowLayout::One && !of_layout {
+                continue;
+            }
             let values: Vec<String> = match parameter.range {
-                ParameterRange::Numbers { .. } if parameter.key == "resolution" => ["1", "3", "33"].map(String::from).into(),
+                ParameterRange::Numbers { .. } if parameter.key == "resolution" => {
+                    ["1", "3", "33"].map(String::from).into()
+                }
                 ParameterRange::Numbers { from, to, .. } => {
                     [from, if to.is_finite() { to } else { 1e9 }].map(|value| value.to_string()).into()
                 }
@@ -190,7 +197,10 @@ fn without_casters_everything_is_lit() {
 fn slanting(text: &str) -> Scene {
     let mut scene = stage(text);
     placed(&mut scene, Affine3A::from_scale(Vec3::splat(1.5)));
-    placed(&mut scene, Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), Quat::IDENTITY, Vec3::new(-1.3, 0.0, 1.3)));
+    placed(
+        &mut scene,
+        Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), Quat::IDENTITY, Vec3::new(-1.3, 0.0, 1.3)),
+    );
     shadows(&mut scene).sources[0].volume = Some(Camera {
         position: Vec3::new(-4.0, 0.0, 4.0),
         projection: Projection::Orthographic { height: 5.0 },
@@ -276,7 +286,10 @@ fn without_active_sources_nothing_is_drawn_for_shadows() {
         let picture = draw(&mut renderer, &scene, &front(), &options());
         assert_eq!(picture.bytes, expected.bytes);
         let stats = &picture.stats;
-        assert_eq!((stats.shadow_maps, stats.caster_draws, stats.shadow_bytes, stats.draws), (0, 0, 0, expected.stats.draws));
+        assert_eq!(
+            (stats.shadow_maps, stats.caster_draws, stats.shadow_bytes, stats.draws),
+            (0, 0, 0, expected.stats.draws)
+        );
         assert_eq!((renderer.resources().pipelines_built, renderer.resources().shadow_maps), (built, 0));
     }
 }
@@ -291,7 +304,10 @@ fn the_same_twice_is_the_same_to_the_bit() {
         let look = |renderer: &mut Renderer| texels(renderer, &scene, 16).lit;
         let once = look(&mut first);
         assert_eq!(once, look(&mut first), "{technique}");
-        assert_eq!(once, look(&mut second), "{technique}");
+        // Another device is asked only about some: it compiles everything anew.
+        if technique.layout == ShadowLayout::One {
+            assert_eq!(once, look(&mut second), "{technique}");
+        }
     }
     let mut scene = clutter(ShadowTechnique::one(ShadowFilter::Pcf));
     set(&mut scene, "pcf:kernel=poisson,resolution=64");
@@ -314,7 +330,11 @@ fn degenerate_sources_cast_nothing_and_say_why() {
             breaks(shadows(&mut scene).sources[0].volume.as_mut().unwrap());
             let seen = texels(&mut renderer, &scene, 8);
             assert!(seen.all(1.0), "{technique}");
-            assert!(seen.stats.warnings[0].starts_with("shadow 0 is not drawn: its volume"), "{:?}", seen.stats.warnings);
+            assert!(
+                seen.stats.warnings[0].starts_with("shadow 0 is not drawn: its volume"),
+                "{:?}",
+                seen.stats.warnings
+            );
         }
         // A map of one texel, a mesh without triangles, and a source in the receiver.
         let mut scene = clutter(technique);

@@ -147,8 +147,11 @@ fn balls(text: &str) -> Scene {
     let mut scene = stage(text);
     scene.meshes.push(std::sync::Arc::new(sphere(16)));
     sheet(&mut scene, 0.95, ALL, ALL);
-    for (x, y, z) in [(0.0, 0.0, 0.5), (0.6, 0.5, 0.3), (-0.9, 0.4, 0.6), (-0.3, -0.95, 0.95), (4.0, 0.0, 0.5), (0.0, 0.3, 2.0)] {
-        let local = Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), glam::Quat::IDENTITY, Vec3::new(x, y, z));
+    for (x, y, z) in
+        [(0.0, 0.0, 0.5), (0.6, 0.5, 0.3), (-0.9, 0.4, 0.6), (-0.3, -0.95, 0.95), (4.0, 0.0, 0.5), (0.0, 0.3, 2.0)]
+    {
+        let local =
+            Affine3A::from_scale_rotation_translation(Vec3::splat(0.2), glam::Quat::IDENTITY, Vec3::new(x, y, z));
         scene.nodes.push(node(1, local));
     }
     scene

@@ -11,9 +11,17 @@ const TEXEL: f32 = 2.0 / SIZE as f32;
 #[test]
 fn maps_have_the_channels_of_their_moments() {
     let Some(mut renderer) = renderer() else { return };
-    for (technique, bytes) in
-        [("hard", 4), ("hard:bits=16", 2), ("pcf", 4), ("pcss", 4), ("esm", 4), ("vsm", 8), ("evsm2", 8), ("evsm4", 16), ("msm", 16)]
-    {
+    for (technique, bytes) in [
+        ("hard", 4),
+        ("hard:bits=16", 2),
+        ("pcf", 4),
+        ("pcss", 4),
+        ("esm", 4),
+        ("vsm", 8),
+        ("evsm2", 8),
+        ("evsm4", 16),
+        ("msm", 16),
+    ] {
         let mut scene = stage(technique);
         shadows(&mut scene).sources[0].settings.resolution = SIZE;
         sheet(&mut scene, 0.5, ALL, ALL);

@@ -56,8 +56,12 @@ fn eight_bits_are_too_few_for_a_hundred_metres() {
 /// A source of 60° one metre above the floor, and a caster half way whose edge runs along y, turned.
 fn slanted_edge(resolution: u32, turn: f32) -> Scene {
     let mut scene = stage(&format!("hard:resolution={resolution}"));
-    shadows(&mut scene).sources[0].volume =
-        Some(Camera { projection: Projection::Perspective { fov_y: 60_f32.to_radians() }, near: 0.1, far: 2.0, ..above() });
+    shadows(&mut scene).sources[0].volume = Some(Camera {
+        projection: Projection::Perspective { fov_y: 60_f32.to_radians() },
+        near: 0.1,
+        far: 2.0,
+        ..above()
+    });
     placed(
         &mut scene,
         Affine3A::from_rotation_translation(Quat::from_rotation_z(turn), Vec3::Z * 0.5)
@@ -81,7 +85,8 @@ fn stairs_are_as_wide_as_a_texel() {
         let texel = 2.0 * 30_f32.to_radians().tan() / resolution as f32;
         let scene = slanted_edge(resolution, 0.6);
         let edges = edges(&mut renderer, &scene, 16.0 * texel, 320, 64);
-        let steps: Vec<f32> = edges.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.2 * texel).collect();
+        let steps: Vec<f32> =
+            edges.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.2 * texel).collect();
         assert!(!steps.is_empty());
         for step in steps {
             assert!((step / texel - 1.0).abs() < 0.1, "{resolution}: {step}, not {texel}");
@@ -141,7 +146,8 @@ fn casters_end_at_the_volume() {
     // One that leaves through the side, and one that leaves through the near end.
     let mut scene = stage("hard:resolution=64");
     sheet(&mut scene, 0.4, 0.5..2.0, ALL);
-    let tilted = Affine3A::from_translation(Vec3::new(-0.5, 0.0, 1.0)) * Affine3A::from_rotation_y(-std::f32::consts::FRAC_PI_4);
+    let tilted =
+        Affine3A::from_translation(Vec3::new(-0.5, 0.0, 1.0)) * Affine3A::from_rotation_y(-std::f32::consts::FRAC_PI_4);
     placed(&mut scene, tilted * Affine3A::from_scale(Vec3::new(0.4, 3.0, 1.0)));
     sheet(&mut scene, 0.9, ALL, ALL);
     let seen = see(&mut renderer, &scene, from_below((0.0, 0.0), 4.0 / 128.0), 128, 1);

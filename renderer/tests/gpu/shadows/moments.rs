@@ -48,7 +48,13 @@ fn stacked(text: &str, sheets: &[Sheet]) -> Scene {
     let mut scene = stage(&format!("{text},resolution={SIZE}"));
     for (depth, span) in sheets {
         let edge = |texel: i32| {
-            if texel <= 0 { -3.0 } else if texel >= SIZE as i32 { 3.0 } else { texel as f32 * TEXEL - 1.0 }
+            if texel <= 0 {
+                -3.0
+            } else if texel >= SIZE as i32 {
+                3.0
+            } else {
+                texel as f32 * TEXEL - 1.0
+            }
         };
         sheet(&mut scene, *depth, edge(span.start)..edge(span.end), ALL);
     }
@@ -112,9 +118,13 @@ fn edges_of_receivers_over_a_deep_background_glow_as_the_bound_says() {
             };
             let row = see(&mut renderer, &scene, between, SIZE, 1).lit;
             for (x, found) in (6..26_i32).zip(&row[6..26]) {
-                let samples: Vec<_> = (-6..=6).zip(gaussian(6)).map(|(i, weight)| (weight, held[(x + i) as usize])).collect();
+                let samples: Vec<_> =
+                    (-6..=6).zip(gaussian(6)).map(|(i, weight)| (weight, held[(x + i) as usize])).collect();
                 let expected = bound(&settings, &samples, f64::from(b));
-                assert!((f64::from(*found) - expected).abs() < 4e-3, "{technique} ({a}, {b}, {c}) at {x}: {found}, not {expected}");
+                assert!(
+                    (f64::from(*found) - expected).abs() < 4e-3,
+                    "{technique} ({a}, {b}, {c}) at {x}: {found}, not {expected}"
+                );
             }
         }
     }
@@ -230,7 +240,9 @@ fn moving_the_source_away_changes_no_exponential_shadow() {
 fn exponents_that_leave_the_range_of_floats_are_refused() {
     let refused = |text: &str| text.parse::<ShadowSettings>().is_err();
     assert!(refused("esm:exponent=88") && refused("evsm4:exponent=88") && refused("evsm2:exponent=44,centred=false"));
-    assert!(!refused("esm:exponent=87") && !refused("evsm4:exponent=87") && !refused("evsm4:exponent=43,centred=false"));
+    assert!(
+        !refused("esm:exponent=87") && !refused("evsm4:exponent=87") && !refused("evsm4:exponent=43,centred=false")
+    );
     assert!(refused("evsm4:bleed_reduction=1") && refused("vsm:min_variance=0") && refused("vsm:min_variance=-1"));
     // What is set past the text is not drawn, and lit.
     let Some(mut renderer) = renderer() else { return };
@@ -239,7 +251,11 @@ fn exponents_that_leave_the_range_of_floats_are_refused() {
         let settings = &mut shadows(&mut scene).sources[0].settings;
         (settings.exponent, settings.centred) = (exponent, centred);
         let seen = texels(&mut renderer, &scene, 4);
-        assert!(seen.all(1.0) && seen.stats.warnings[0].contains("is not drawn: exponent"), "{:?}", seen.stats.warnings);
+        assert!(
+            seen.all(1.0) && seen.stats.warnings[0].contains("is not drawn: exponent"),
+            "{:?}",
+            seen.stats.warnings
+        );
     }
 }
 
@@ -287,7 +303,9 @@ fn bleeding_of_two_warps_is_below_that_of_none() {
 #[test]
 fn light_is_monotonic_in_parameters() {
     let Some(mut renderer) = renderer() else { return };
-    let mut sum = |text: &str, sheets: &[Sheet]| profile(&mut renderer, &stacked(text, sheets), 0.5 * TEXEL, SIZE).iter().sum::<f32>();
+    let mut sum = |text: &str, sheets: &[Sheet]| {
+        profile(&mut renderer, &stacked(text, sheets), 0.5 * TEXEL, SIZE).iter().sum::<f32>()
+    };
     let bleeding = [(0.3, 0..16), (0.5, WHOLE), (0.53, WHOLE)];
     let contact = [(0.5, WHOLE), (0.51, WHOLE)];
     let edge = [(0.3, 0..16), (0.8, WHOLE)];

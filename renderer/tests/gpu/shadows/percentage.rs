@@ -34,10 +34,9 @@ fn the_result_is_the_mean_of_comparisons() {
 fn kernels_have_the_weights_that_they_are_named_after() {
     let Some(mut renderer) = renderer() else { return };
     for radius in 1..=10 {
-        for (kernel, weights) in [
-            ("box", vec![1.0 / f64::from(2 * radius + 1); (2 * radius + 1) as usize]),
-            ("gaussian", gaussian(radius)),
-        ] {
+        for (kernel, weights) in
+            [("box", vec![1.0 / f64::from(2 * radius + 1); (2 * radius + 1) as usize]), ("gaussian", gaussian(radius))]
+        {
             let scene = roof(&format!("pcf:kernel={kernel},radius={radius}"), 0.4);
             let row = profile(&mut renderer, &scene, 0.5 * TEXEL, SIZE);
             for offset in -radius..radius {
@@ -54,7 +53,8 @@ fn penumbras_do_not_depend_on_height_and_grow_with_the_kernel() {
     let Some(mut renderer) = renderer() else { return };
     for kernel in ["box", "tent", "gaussian"] {
         let mut width = |radius: u32, depth: f32| {
-            let row = profile(&mut renderer, &roof(&format!("pcf:kernel={kernel},radius={radius}"), depth), 0.02, 8 * SIZE);
+            let row =
+                profile(&mut renderer, &roof(&format!("pcf:kernel={kernel},radius={radius}"), depth), 0.02, 8 * SIZE);
             penumbra(&row) / 8.0
         };
         for radius in [2, 5, 10] {
@@ -120,7 +120,11 @@ fn blade(size: f32, blocker: f32, floor: f32, extra: &str) -> Scene {
 /// The width of a penumbra as of equal weights over a disc: from the standard deviation of the edge's derivative, which
 /// is a quarter of the diameter. Mean of several rows, for noise.
 fn disc_penumbra(renderer: &mut Renderer, scene: &Scene, across: f32) -> f32 {
-    let camera = Camera { position: Vec3::new(0.0, 0.1, -20.0), target: Vec3::new(0.0, 0.1, 0.0), ..from_below((0.0, 0.1), across / 8.0) };
+    let camera = Camera {
+        position: Vec3::new(0.0, 0.1, -20.0),
+        target: Vec3::new(0.0, 0.1, 0.0),
+        ..from_below((0.0, 0.1), across / 8.0)
+    };
     let seen = see(renderer, scene, camera, 256, 32);
     let mean: Vec<f32> = (0..256).map(|x| (0..32).map(|y| seen.at(x, y)).sum::<f32>() / 32.0).collect();
     let slopes: Vec<f32> = mean.windows(2).map(|pair| pair[1] - pair[0]).collect();
