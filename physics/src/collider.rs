@@ -1,6 +1,8 @@
 //! From collision shapes to those of the engine.
 
-use aam::document::Primitive;
+use std::collections::BTreeMap;
+
+use aam::document::{BodyMode, Primitive};
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use rapier3d::math::Pose as EnginePose;
 use rapier3d::parry::shape::{ConvexPolyhedron, TriMesh, TriMeshFlags};
@@ -31,9 +33,10 @@ const SQUARE: f64 = 1e-5;
 const SAMPLES: usize = 96;
 
 /// The engine's shape of a collision shape that was stretched.
-pub(crate) fn collider(shape: &Shape, stretch: &DMat3) -> Result<Collider, &'static str> {
+pub(crate) fn collider(shape: &Shape, mode: BodyMode, stretch: &DMat3) -> Result<Collider, &'static str> {
     match shape {
-        Shape::Triangles { vertices, triangles } => surface(vertices, triangles, stretch),
+        Shape::Triangles { vertices, triangles } if mode == BodyMode::Static => surface(vertices, triangles, stretch),
+        Shape::Triangles { vertices, triangles } => closed_surface(vertices, triangles, stretch),
         Shape::Compound { primitives, pieces } => {
             let mut parts = Vec::with_capacity(primitives.len() + pieces.len());
             for primitive in primitives {
@@ -107,6 +110,53 @@ fn surface(vertices: &[Vec3], triangles: &[[u32; 3]], stretch: &DMat3) -> Result
         radius: 0.0,
         thickness: 0.0,
     })
+}
+
+/// A closed surface, solid inside.
+fn closed_surface(vertices: &[Vec3], triangles: &[[u32; 3]], stretch: &DMat3) -> Result<Collider, &'static str> {
+    let stretched: Vec<DVec3> = vertices.iter().map(|vertex| *stretch * vertex.as_dvec3()).collect();
+    let mut triangles = triangles.to_vec();
+    if stretch.determinant() < 0.0 {
+        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
+    if !is_closed(vertices, &triangles) {
+        return Err("its surface is open");
+    }
+    let whole = Moments::of_surface(&stretched, &triangles);
+    let center = whole.center();
+    if !(whole.volume > 0.0 && whole.volume.is_finite() && center.is_finite()) {
+        return Err("its surface encloses no volume");
+    }
+    let vertices: Vec<Vec3> = stretched.iter().map(|vertex| (*vertex - center).as_vec3()).collect();
+    let solid = TriMeshFlags::FIX_INTERNAL_EDGES | TriMeshFlags::DELETE_DEGENERATE_TRIANGLES;
+    let mesh = TriMesh::with_flags(vertices, triangles, solid).map_err(|_| "its surface is no mesh")?;
+    finished(Collider {
+        shape: SharedShape::new(mesh),
+        place: EnginePose::default(),
+        center,
+        moments: whole.transformed(&DAffine3::from_translation(-center)),
+        radius: 0.0,
+        thickness: 0.0,
+    })
+}
+
+/// Whether every edge is passed as often one way as the other. Vertices at one place are one.
+fn is_closed(vertices: &[Vec3], triangles: &[[u32; 3]]) -> bool {
+    let mut numbers: BTreeMap<[u32; 3], u32> = BTreeMap::new();
+    let mut edges: BTreeMap<(u32, u32), i64> = BTreeMap::new();
+    for triangle in triangles {
+        let corners = triangle.map(|index| {
+            let next = numbers.len() as u32;
+            let place =
+                vertices.get(index as usize).map_or([u32::MAX; 3], |v| v.to_array().map(|x| (x + 0.0).to_bits()));
+            *numbers.entry(place).or_insert(next)
+        });
+        for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+            let (from, to) = (corners[from], corners[to]);
+            *edges.entry((from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
+        }
+    }
+    edges.iter().all(|((from, to), balance)| from == to || *balance == 0)
 }
 
 /// The convex hull of points.
@@ -262,20 +312,20 @@ mod tests {
             (&boxed(turned), uniform, ShapeType::Cuboid),
             (&boxed(turned), uneven, ShapeType::ConvexPolyhedron),
         ] {
-            let made = collider(shape, &stretch).expect("a collider");
+            let made = collider(shape, BodyMode::Dynamic, &stretch).expect("a collider");
             assert_eq!(made.shape.shape_type(), expected);
             let size = stretch.determinant().abs();
-            let unscaled = collider(shape, &DMat3::IDENTITY).expect("a collider").moments.volume;
+            let unscaled = collider(shape, BodyMode::Dynamic, &DMat3::IDENTITY).expect("a collider").moments.volume;
             assert!((made.moments.volume / unscaled - size).abs() < 1e-9 * size, "mass scales with the volume");
         }
-        let center = collider(&ball, &uneven).expect("a collider").center;
+        let center = collider(&ball, BodyMode::Dynamic, &uneven).expect("a collider").center;
         assert!(center.distance(DVec3::X) < 1e-12);
     }
 
     #[test]
     fn pieces_make_one_compound_around_the_centre_of_mass() {
         let shape = compound_of(vec![], vec![cube(Vec3::ZERO), cube(Vec3::new(1.0, 0.0, 0.0))]);
-        let made = collider(&shape, &DMat3::IDENTITY).expect("a collider");
+        let made = collider(&shape, BodyMode::Dynamic, &DMat3::IDENTITY).expect("a collider");
         assert_eq!(made.shape.shape_type(), ShapeType::Compound);
         assert!(made.center.distance(DVec3::new(1.0, 0.5, 0.5)) < 1e-6);
         assert!((made.moments.volume - 2.0).abs() < 1e-6);
@@ -284,7 +334,7 @@ mod tests {
         // Far from the origin nothing changes but the centre.
         let far = Vec3::new(1e4, 0.0, -1e4);
         let far_shape = compound_of(vec![], vec![cube(far), cube(far + Vec3::X)]);
-        let moved = collider(&far_shape, &DMat3::IDENTITY).expect("a collider");
+        let moved = collider(&far_shape, BodyMode::Dynamic, &DMat3::IDENTITY).expect("a collider");
         assert!((moved.moments.volume - 2.0).abs() < 1e-3);
     }
 
@@ -294,14 +344,15 @@ mod tests {
         let line: Vec<Vec3> = (0..5).map(|i| Vec3::X * i as f32).collect();
         for points in [flat, line, vec![Vec3::ONE; 8], vec![], vec![Vec3::ZERO]] {
             let shape = compound_of(vec![], vec![points]);
-            assert!(collider(&shape, &DMat3::IDENTITY).is_err());
+            assert!(collider(&shape, BodyMode::Dynamic, &DMat3::IDENTITY).is_err());
         }
         let nothing = compound_of(vec![Primitive::Sphere { center: [0.0; 3], radius: 0.0 }], vec![]);
-        assert!(collider(&nothing, &DMat3::IDENTITY).is_err());
+        assert!(collider(&nothing, BodyMode::Dynamic, &DMat3::IDENTITY).is_err());
         let huge = compound_of(vec![], vec![cube(Vec3::ZERO).into_iter().map(|v| v * 1e38).collect()]);
-        assert!(collider(&huge, &DMat3::from_diagonal(DVec3::splat(1e30))).is_err());
+        assert!(collider(&huge, BodyMode::Dynamic, &DMat3::from_diagonal(DVec3::splat(1e30))).is_err());
         let sliver = Shape::Triangles { vertices: vec![Vec3::ZERO; 3], triangles: vec![[0, 1, 2]] };
-        assert!(collider(&sliver, &DMat3::IDENTITY).is_err());
+        assert!(collider(&sliver, BodyMode::Static, &DMat3::IDENTITY).is_err());
+        assert!(collider(&sliver, BodyMode::Dynamic, &DMat3::IDENTITY).is_err());
     }
 
     #[test]
@@ -324,7 +375,8 @@ mod tests {
                     point * Vec3::new(1.0, 1.0, thickness)
                 })
                 .collect();
-            made += usize::from(collider(&compound_of(vec![], vec![points]), &DMat3::IDENTITY).is_ok());
+            made +=
+                usize::from(collider(&compound_of(vec![], vec![points]), BodyMode::Dynamic, &DMat3::IDENTITY).is_ok());
         }
         assert!(made > 200, "only {made} of 400 became hulls");
     }

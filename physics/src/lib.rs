@@ -6,6 +6,7 @@
 //!   world of their own; [`Simulator::start`] lets them move; [`Simulator::end`] forgets all of it. The scene is never
 //!   changed: [`Simulator::world_transforms`] says where its nodes are meanwhile.
 //! - [`Background`] steps a simulator on a thread of its own, in real time, and gives interpolated poses without waiting.
+//! - [`DropTest`] says how far the motion of a coarse collision shape is from that of the exact surface.
 //! - [`Film`] is a document that plays what was simulated.
 //!
 //! Lengths are metres, masses kilograms, times seconds, angles radians. Steps have a fixed length, and the same scene
@@ -13,9 +14,12 @@
 
 mod background;
 mod collider;
+mod contact;
+mod drop;
 mod error;
 mod film;
 mod friction;
+mod grab;
 mod joint;
 mod mesh;
 mod moments;
@@ -25,12 +29,15 @@ mod settings;
 mod simulator;
 mod world;
 
+pub use aam::document::{BodyMode, Primitive};
 pub use background::{Background, Collected};
+pub use contact::Contact;
+pub use drop::{DropErrors, DropTest};
 pub use error::{Divergence, PhysicsError, What};
 pub use film::Film;
 pub use joint::{Joint, JointKind};
 pub use mesh::{Material, PhysicsMesh, Shape, physics_meshes};
 pub use moments::Moments;
-pub use pose::{Pose, Poses};
+pub use pose::{Places, Pose, Poses};
 pub use settings::{Continuous, Settings};
 pub use simulator::{BodyState, Registration, Simulator};

@@ -52,7 +52,8 @@ impl Material {
 /// A collision shape in the object's coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// The drawn triangles, both of their sides: static bodies.
+    /// The drawn triangles: static bodies, which are touched from both sides. As a moving body they have to be a closed
+    /// surface, counter-clockwise seen from outside: exact, but slow, and thin enough to pass through others.
     Triangles {
         /// Positions.
         vertices: Vec<Vec3>,

@@ -1,5 +1,8 @@
 //! Places and turns of bodies.
 
+use std::collections::BTreeMap;
+
+use aam_scene::{NodeId, Scene};
 use glam::{Affine3A, DAffine3, DMat3, DQuat, DVec3, Quat, Vec3};
 use rapier3d::math::Pose as EnginePose;
 
@@ -52,6 +55,34 @@ impl Poses {
         let share = if span > 0.0 { ((time - before.time) / span).clamp(0.0, 1.0) } else { 1.0 };
         let poses = before.poses.iter().zip(&after.poses).map(|(a, b)| a.lerp(*b, share as f32)).collect();
         Self { time: before.time + share * span, poses }
+    }
+}
+
+/// Which nodes are bodies, and how each is stretched: what turns poses into the transforms of a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Places {
+    /// By node: the place in [`Poses::poses`], and from the node's coordinates to the body's.
+    pub(crate) bodies: BTreeMap<NodeId, (usize, Affine3A)>,
+}
+
+impl Places {
+    /// Node to world for every node of the scene, with the bodies at these poses.
+    ///
+    /// A simulated node takes its transform from its pose, whatever its parent and the scene say, with the scale that it
+    /// had when the simulation was prepared. Every other node follows its parent as usual.
+    pub fn transforms(&self, scene: &Scene, poses: &Poses) -> Vec<Affine3A> {
+        let mut world: Vec<Affine3A> = Vec::with_capacity(scene.nodes.len());
+        for (index, node) in scene.nodes.iter().enumerate() {
+            let simulated = self
+                .bodies
+                .get(&NodeId(index as u32))
+                .and_then(|(body, frame)| Some(poses.poses.get(*body)?.to_affine() * *frame));
+            world.push(simulated.unwrap_or_else(|| {
+                let parent = node.parent.and_then(|id| world.get(id.index()));
+                parent.map_or(node.local, |parent| *parent * node.local)
+            }));
+        }
+        world
     }
 }
 

@@ -9,7 +9,7 @@ use aam_scene::{NodeId, Scene};
 use glam::{Affine3A, Vec3};
 
 use crate::mesh::{Material, PhysicsMesh};
-use crate::pose::{Pose, Poses};
+use crate::pose::{Places, Pose, Poses};
 use crate::settings::Settings;
 use crate::world::World;
 use crate::{Divergence, PhysicsError};
@@ -211,23 +211,25 @@ impl Simulator {
         self.transforms_at(scene, &self.poses())
     }
 
-    /// Node to world for every node of the scene, with the bodies at these poses.
-    ///
-    /// A simulated node takes its transform from its pose, whatever its parent and the scene say, with the scale that it
-    /// had when the simulation was prepared. Every other node follows its parent as usual.
+    /// [`Places::transforms`] of this simulation.
     pub fn transforms_at(&self, scene: &Scene, poses: &Poses) -> Vec<Affine3A> {
-        let mut world: Vec<Affine3A> = Vec::with_capacity(scene.nodes.len());
-        for (index, node) in scene.nodes.iter().enumerate() {
-            let simulated = self.world.as_ref().and_then(|prepared| {
-                let body = *prepared.by_node.get(&NodeId(index as u32))?;
-                Some(poses.poses.get(body)?.to_affine() * prepared.bodies[body].frame)
-            });
-            world.push(simulated.unwrap_or_else(|| {
-                let parent = node.parent.and_then(|id| world.get(id.index()));
-                parent.map_or(node.local, |parent| *parent * node.local)
-            }));
-        }
-        world
+        self.places().transforms(scene, poses)
+    }
+
+    /// What is needed to draw at any poses; it stays the same until the simulation ends.
+    pub fn places(&self) -> Places {
+        let bodies = self.world.iter().flat_map(|world| world.bodies.iter().enumerate());
+        Places { bodies: bodies.map(|(index, body)| (body.node, (index, body.frame))).collect() }
+    }
+
+    /// Whether each body sleeps, in the order of [`Poses::poses`].
+    pub fn sleeping(&self) -> Vec<bool> {
+        let bodies = self.world.iter().flat_map(|world| (0..world.bodies.len()).map(|index| world.engine_body(index)));
+        bodies.map(|body| body.is_sleeping()).collect()
+    }
+
+    pub(crate) fn peek(&self) -> Option<&World> {
+        self.world.as_ref()
     }
 
     pub(crate) fn body_of(&self, node: NodeId) -> Option<usize> {

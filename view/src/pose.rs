@@ -6,17 +6,6 @@ use aam_renderer::{Shape, ShapeKind, ShapeVertex};
 use aam_scene::{Aabb, NodeId, Scene};
 use glam::{Affine3A, Vec3};
 
-use crate::Outline;
-
-/// Colours of outlines, repeated: easy to tell from each other and from most surfaces.
-const PALETTE: [[f32; 4]; 6] = [
-    [0.98, 0.45, 0.35, 1.0],
-    [0.45, 0.85, 0.45, 1.0],
-    [0.98, 0.80, 0.30, 1.0],
-    [0.45, 0.75, 0.98, 1.0],
-    [0.85, 0.55, 0.95, 1.0],
-    [0.35, 0.90, 0.85, 1.0],
-];
 const SELECTION: [f32; 4] = [0.36, 0.63, 0.92, 1.0];
 
 /// Node to world at a frame of the animation.
@@ -49,8 +38,8 @@ pub(crate) fn bounds_below(scene: &Scene, world: &[Affine3A], root: NodeId) -> A
     bounds
 }
 
-/// The nearest visible object that a ray hits.
-pub(crate) fn pick(scene: &Scene, world: &[Affine3A], origin: Vec3, direction: Vec3) -> Option<NodeId> {
+/// The nearest visible object that a ray hits, and where.
+pub(crate) fn pick(scene: &Scene, world: &[Affine3A], origin: Vec3, direction: Vec3) -> Option<(NodeId, Vec3)> {
     let visible = scene.visibility();
     let mut nearest: Option<(f32, NodeId)> = None;
     for (index, node) in scene.nodes.iter().enumerate() {
@@ -72,7 +61,7 @@ pub(crate) fn pick(scene: &Scene, world: &[Affine3A], origin: Vec3, direction: V
             }
         }
     }
-    nearest.map(|(_, id)| id)
+    nearest.map(|(distance, id)| (id, origin + direction * distance))
 }
 
 /// Slab test.
@@ -101,23 +90,6 @@ fn hits_triangle(origin: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> Option<
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some(distance)
 }
 
-/// Collision outlines as lines in the world.
-pub(crate) fn outline_shape(outlines: &[Outline], world: &[Affine3A]) -> Option<Arc<Shape>> {
-    let mut vertices = Vec::new();
-    for (index, outline) in outlines.iter().enumerate() {
-        let Some(transform) = world.get(outline.node.index()) else { continue };
-        let color = PALETTE[index % PALETTE.len()];
-        vertices.extend(
-            outline
-                .segments
-                .iter()
-                .flatten()
-                .map(|point| ShapeVertex { position: transform.transform_point3(*point), color }),
-        );
-    }
-    lines(vertices)
-}
-
 /// The box around the selected object.
 pub(crate) fn selection_shape(bounds: &Aabb) -> Option<Arc<Shape>> {
     if bounds.is_empty() {
@@ -139,7 +111,7 @@ pub(crate) fn selection_shape(bounds: &Aabb) -> Option<Arc<Shape>> {
     lines(vertices)
 }
 
-fn lines(vertices: Vec<ShapeVertex>) -> Option<Arc<Shape>> {
+pub(crate) fn lines(vertices: Vec<ShapeVertex>) -> Option<Arc<Shape>> {
     (!vertices.is_empty()).then(|| Arc::new(Shape { vertices, kind: ShapeKind::Lines, depth_test: true }))
 }
 
@@ -174,13 +146,14 @@ mod tests {
         let mut scene = stack();
         let world = world_at(&scene, 0);
         let (above, down) = (Vec3::new(5.5, 0.5, 9.0), Vec3::NEG_Z);
-        assert_eq!(pick(&scene, &world, above, down), Some(NodeId(1)));
-        assert_eq!(pick(&scene, &world, above, Vec3::Z), None);
-        assert_eq!(pick(&scene, &world, Vec3::new(0.5, 0.5, 9.0), down), None);
+        let pick = |scene: &Scene, from, along| pick(scene, &world, from, along);
+        assert_eq!(pick(&scene, above, down), Some((NodeId(1), Vec3::new(5.5, 0.5, 1.0))));
+        assert_eq!(pick(&scene, above, Vec3::Z), None);
+        assert_eq!(pick(&scene, Vec3::new(0.5, 0.5, 9.0), down), None);
         scene.nodes[1].visible = false;
-        assert_eq!(pick(&scene, &world, above, down), Some(NodeId(0)));
+        assert_eq!(pick(&scene, above, down), Some((NodeId(0), Vec3::new(5.5, 0.5, 0.0))));
         scene.nodes[0].visible = false;
-        assert_eq!(pick(&scene, &world, above, down), None);
+        assert_eq!(pick(&scene, above, down), None);
     }
 
     #[test]
@@ -204,14 +177,5 @@ mod tests {
         let world = world_at(&scene, 0);
         assert_eq!(bounds_below(&scene, &world, NodeId(0)).max, Vec3::new(6.0, 1.0, 1.0));
         assert_eq!(bounds_below(&scene, &world, NodeId(1)).min, Vec3::new(5.0, 0.0, 1.0));
-    }
-
-    #[test]
-    fn outlines_stand_where_their_object_does() {
-        let scene = stack();
-        let outline = Outline { node: NodeId(1), segments: vec![[Vec3::ZERO, Vec3::X]] };
-        let shape = outline_shape(&[outline], &world_at(&scene, 0)).expect("lines");
-        assert_eq!(shape.vertices[1].position, Vec3::new(6.0, 0.0, 1.0));
-        assert!(outline_shape(&[], &[]).is_none());
     }
 }

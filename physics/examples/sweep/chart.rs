@@ -130,7 +130,14 @@ impl Axis {
     fn ticks(&self) -> Vec<(f64, String)> {
         match self.scale {
             Scale::Linear => {
-                (0..=4).map(|i| 25.0 * f64::from(i)).filter(|v| *v <= self.end).map(|v| (v, v.to_string())).collect()
+                // Four or five, of round numbers.
+                let step = 10_f64.powf((0.3 * self.end).log10().floor()) * if self.end > 50.0 { 2.5 } else { 2.0 };
+                let digits = (-step.log10().floor()).max(0.0) as usize;
+                (0..=5)
+                    .map(|i| step * f64::from(i))
+                    .filter(|v| *v <= self.end)
+                    .map(|v| (v, format!("{v:.digits$}")))
+                    .collect()
             }
             Scale::Logarithmic => {
                 let powers = self.begin.log10().floor() as i32..=self.end.log10().ceil() as i32;

@@ -2,6 +2,7 @@
 //! writes `rigid-bodies.csv` and `rigid-bodies.svg`. With `--draw` it only draws the numbers again.
 
 mod chart;
+mod laws;
 mod scenes;
 #[path = "../../tests/common/mod.rs"]
 mod stage;
@@ -55,6 +56,38 @@ const PANELS: &[Panel] = &[
         title: "Cost against solver iterations",
         x: "iterations a step",
         y: "ms a simulated second",
+        scales: [Scale::Logarithmic, Scale::Logarithmic],
+        floor: 1e-3,
+    },
+    Panel {
+        sweep: "restitution",
+        title: "Bounce against restitution e",
+        x: "restitution e",
+        y: "height off e² h, % of h",
+        scales: [Scale::Linear, Scale::Logarithmic],
+        floor: 1e-2,
+    },
+    Panel {
+        sweep: "friction",
+        title: "Sliding distance against friction μ",
+        x: "friction μ",
+        y: "off v² / 2 μ g, %",
+        scales: [Scale::Linear, Scale::Logarithmic],
+        floor: 1e-2,
+    },
+    Panel {
+        sweep: "slope",
+        title: "Critical slope against friction μ",
+        x: "friction μ",
+        y: "off atan μ, degrees",
+        scales: [Scale::Linear, Scale::Logarithmic],
+        floor: 1e-2,
+    },
+    Panel {
+        sweep: "spin",
+        title: "A body tumbling for 20 s (Dzhanibekov)",
+        x: "step, s",
+        y: "change, % or degrees",
         scales: [Scale::Logarithmic, Scale::Logarithmic],
         floor: 1e-3,
     },
@@ -140,6 +173,9 @@ fn measure() -> Vec<Row> {
         rows.push(Row { sweep: sweep.into(), variant: variant.replace(", ", " · "), x, y });
     };
     scenes::steps(&mut add);
+    laws::restitution(&mut add);
+    laws::friction(&mut add);
+    laws::spin(&mut add);
     scenes::iterations(&mut add);
     scenes::stacks(&mut add);
     scenes::masses(&mut add);

@@ -5,6 +5,8 @@ mod common;
 mod conventions;
 mod corpus;
 mod costs;
+mod displacement;
+mod environment;
 mod layers;
 mod lighting;
 mod overlays;

@@ -20,7 +20,17 @@ const KEYS: [Group; 4] = [
             ("O", "perspective or orthographic"),
         ],
     ),
-    ("Time", &[("Space", "play or pause"), (",  .", "one frame back or on")]),
+    (
+        "Time",
+        &[
+            ("Space", "play or pause the animation, or the simulation"),
+            (",  .", "one frame back or on"),
+            ("G", "simulate the bodies, or pause"),
+            ("J", "one step of the simulation"),
+            ("Backspace", "everything back to where it was"),
+            ("Ctrl drag", "pull a body"),
+        ],
+    ),
     (
         "Show",
         &[
@@ -29,13 +39,18 @@ const KEYS: [Group; 4] = [
             ("N", "normals"),
             ("B", "bounds"),
             ("K", "collision hulls"),
+            ("M", "shadows on or off"),
+            ("V", "the view of each shadow source"),
+            ("Y", "collision hulls, apart"),
+            ("U", "contacts of the simulation"),
+            ("Z", "which bodies sleep"),
             ("T", "panels"),
         ],
     ),
     (
         "File",
         &[
-            ("Ctrl S", "save lights, background, visibility and view"),
+            ("Ctrl S", "save lights, shadows, background, visibility, view"),
             ("P, F12", "picture as PNG into this folder"),
             ("R", "read the file again"),
             ("Drop a file", "open it"),

@@ -12,12 +12,14 @@ use crate::model::{Action, Model, file_name};
 /// What is drawn, from where; help.
 pub(super) fn show(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
+        let sources = model.source_count();
         let display = &mut model.display;
         let before = *display;
         ComboBox::from_id_salt("show").selected_text(show_name(display.show)).width(130.0).show_ui(ui, |ui| {
             let layers = Layer::ALL.into_iter();
             let shows = [Show::Lit].into_iter().chain(layers.clone().map(Show::Layer)).chain([Show::Normals]);
-            for show in shows.chain([Show::Uvs(Layer::Diffuse)]) {
+            let of_sources = (0..sources).flat_map(|source| [Show::Shadow(source), Show::ShadowMap(source)]);
+            for show in shows.chain([Show::Uvs(Layer::Diffuse)]).chain(of_sources) {
                 ui.selectable_value(&mut display.show, show, show_name(show));
             }
         });
@@ -28,6 +30,11 @@ pub(super) fn show(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec<Actio
             (&mut display.hulls, "Hulls", "Collision shapes (K)"),
         ] {
             ui.toggle_value(on, name).on_hover_text(hint);
+        }
+        if display.hulls {
+            let slider = Slider::new(&mut display.explode, 0.0..=3.0).show_value(false);
+            ui.spacing_mut().slider_width = 70.0;
+            ui.add(slider).on_hover_text("How far hulls stand apart (Y)");
         }
         model.stale |= before != model.display;
         ui.separator();
@@ -87,8 +94,39 @@ fn show_name(show: Show) -> String {
         Show::Layer(layer) => format!("Only {}", inspector::layer_name(layer)),
         Show::Normals => "Shading normals".into(),
         Show::Shadow(source) => format!("Shadow {}", source + 1),
+        Show::ShadowMap(source) => format!("Shadow map {}", source + 1),
         Show::Uvs(_) => "Texture coordinates".into(),
     }
+}
+
+/// Play, pause, step and start again for the bodies, and what they do.
+pub(super) fn simulation(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        ui.label("Bodies");
+        let play = if model.simulation.playing { Icon::Pause } else { Icon::Play };
+        if icons::button(ui, play, true).on_hover_text("Simulate or pause (G)").clicked() {
+            actions.push(Action::Simulate);
+        }
+        if icons::button(ui, Icon::On, true).on_hover_text("One step (J)").clicked() {
+            actions.push(Action::SimulateStep);
+        }
+        let reset = ui.add_enabled(model.simulation.is_started(), egui::Button::new("Reset"));
+        if reset.on_hover_text("Everything back to where it was (Backspace)").clicked() {
+            actions.push(Action::SimulateReset);
+        }
+        let before = model.display;
+        ui.toggle_value(&mut model.display.contacts, "Contacts").on_hover_text("Where bodies touch (U)");
+        ui.toggle_value(&mut model.display.sleeping, "Sleep")
+            .on_hover_text("The box of each dynamic body: orange awake, blue asleep (Z)");
+        model.stale |= before != model.display;
+        if model.simulation.is_started() {
+            ui.monospace(model.simulation.status());
+            if model.display.contacts {
+                ui.monospace(format!("  {} contacts", inspector::count(model.simulation.contacts().len())));
+            }
+            ui.label(theme::weak("Ctrl drag pulls a body"));
+        }
+    });
 }
 
 /// Play, pause, step, and where the time stands.
