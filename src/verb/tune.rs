@@ -16,7 +16,7 @@ const EXAMPLES: &str = "\
 Examples:
   aam tune --physics chair.glb                     how many convex hulls are enough
   aam tune --physics chair.glb -o chair.aam        and writes the bodies
-  aam tune --physics chair.glb --max-error 0.005 --json
+  aam tune --physics chair.glb --max-error 0.02 --json
 
 Each object is dropped on a bed of pegs, with its exact surface and with 1, 2, 4 … hulls. Two errors count: how far its
 path is off in the half second after the first touch, and how far it moves from where the exact one rests.
@@ -37,7 +37,7 @@ pub(crate) struct TuneArgs {
     #[arg(short, long, value_name = "PATH", value_hint = ValueHint::FilePath)]
     output: Option<PathBuf>,
     /// The largest error of path and rest, as a part of the object's diagonal
-    #[arg(long, value_name = "E", default_value = "0.01", value_parser = args::fraction)]
+    #[arg(long, value_name = "E", default_value = "0.05", value_parser = args::fraction)]
     max_error: f32,
     /// The most hulls to try
     #[arg(long, value_name = "N", default_value = "64", value_parser = clap::value_parser!(u32).range(1..=1024))]
