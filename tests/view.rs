@@ -324,48 +324,6 @@ fn changes_are_saved_to_a_scene_file() {
 }
 
 #[test]
-fn bodies_are_simulated_and_pulled() {
-    let Some(display) = Display::start() else { return };
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let cube = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n\
-        f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
-    fs::write(folder.path().join("cube.obj"), cube).expect("written");
-    let mut convert = Command::new(env!("CARGO_BIN_EXE_aam"));
-    let converted = convert.args(["-q", "convert", "cube.obj", "--physics", "dynamic"]).current_dir(folder.path());
-    assert!(converted.status().expect("aam runs").success());
-    let mut window = display.view(folder.path(), "cube.aam");
-    wait("the cube", || (colors(&display.scene()) > 2).then_some(()));
-    let start = window.settled();
-    // One step, and it stands still again: time to take hold of it.
-    window.key("j");
-    window.settled();
-    for step in [
-        &["mousemove", "475", "333"][..],
-        &["keydown", "ctrl"],
-        &["mousedown", "1"],
-        &["mousemove", "480", "330"],
-        &["mousemove", "500", "310"],
-        &["mousemove", "520", "280"],
-        &["keyup", "ctrl"],
-    ] {
-        display.xdotool(step);
-        std::thread::sleep(Duration::from_millis(150));
-    }
-    window.key("g");
-    wait("the pull", || (different(&start, &display.scene()) > 0.02).then_some(()));
-    let held = window.settled();
-    let empty = window.changed_by("the fall", || {
-        display.xdotool(&["mouseup", "1"]);
-    });
-    assert!(different(&held, &empty) > 0.02, "it hung in the picture, and fell out of it");
-    let back = window.changed_by("the start", || window.key("BackSpace"));
-    assert!(different(&start, &back) < 0.002, "{}", different(&start, &back));
-    window.changed_by("hulls apart", || window.key("v"));
-    window.key("q");
-    window.ends_with(0);
-}
-
-#[test]
 fn resizing_and_hiding_do_no_harm() {
     let Some(display) = Display::start() else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
