@@ -10,6 +10,8 @@ struct Frame {
     normal_length: f32,
     // The opposite of the viewing direction.
     backwards: vec3f,
+    // Factor for the light of surfaces.
+    exposure: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -30,8 +30,9 @@ fn biased(s: u32, v: u32, r: Receiver, reach: f32) -> vec3f {
     var position = r.position + facing * (shadow_sources[s].normal_offset * width * sqrt(1.0 - cosine * cosine));
     var bias = shadow_sources[s].bias;
     if (shadow_sources[s].slope_bias > 0.0) {
-        let planar = shadow_sources[s].receiver_plane > 0.0;
-        bias += shadow_sources[s].slope_bias * acne_bound(s, v, r, towards, select(reach, 0.0, planar));
+        // The plane is known from differences between pixels, and so are its errors: in shares of its slope.
+        let left = select(reach, 0.01 * reach, shadow_sources[s].receiver_plane > 0.0);
+        bias += shadow_sources[s].slope_bias * acne_bound(s, v, r, towards, left);
     }
     bias = min(bias, shadow_sources[s].max_bias);
     if (shadow_sources[s].perspective > 0.0) {

@@ -108,7 +108,8 @@ fn shadow_msm(map: texture_2d_array<f32>, s: u32, v: u32, r: Receiver) -> f32 {
     }
     // Mixed with a distribution that is half at 0 and half at 1, of variance 1/4, so that rounding leaves it one.
     let b = mix(moments_at(map, s, v, at.uv), vec4f(0.5), 4.0 * shadow_sources[s].min_variance);
-    let z = saturate(at.depth);
+    // Next to 1, where that distribution has a point, the roots fall together; a smaller depth is only lighter.
+    let z = clamp(at.depth, 0.0, 0.9995);
     // Cholesky factors of the Hankel matrix of 1, b: rows (1), (b.x, d2), (b.y, l32, d3).
     let d2 = max(b.y - b.x * b.x, 1e-12);
     let l32d2 = b.z - b.x * b.y;

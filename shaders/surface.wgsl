@@ -4,8 +4,17 @@
 #import node
 #import color
 #import material
+#if SHADED
+#import tone_map
+#endif
 #if LIT
 #import phong
+#endif
+#if RELIEF
+#import relief
+#endif
+#if ENVIRONMENT
+#import environment
 #endif
 #if SHADOWS
 #import shadow_functions
@@ -31,6 +40,9 @@ struct VertexInput {
 #endif
 #if SECOND_MAP
     @location(5) second_uv: vec2f,
+#endif
+#if RELIEF
+    @location(6) relief_uv: vec2f,
 #endif
 }
 
@@ -65,6 +77,12 @@ struct Varyings {
 #if RECEIVERS
     @location(9) @interpolate(flat, either) receives: f32,
 #endif
+#if RELIEF
+    // Coordinates of the displacement map, v = 0 at the bottom.
+    @location(10) relief_uv: vec2f,
+    // Metres for a length of one in the node's coordinates.
+    @location(11) @interpolate(flat, either) relief_scale: f32,
+#endif
 }
 
 @vertex
@@ -74,6 +92,10 @@ fn vertex(in: VertexInput, node: NodeInput) -> Varyings {
     out.clip = frame.clip_from_relative * vec4f(position, 1.0);
 #if POSITION
     out.position = position;
+#endif
+#if RELIEF
+    out.relief_uv = vec2f(dot(relief.row_u, vec3f(in.relief_uv, 1.0)), dot(relief.row_v, vec3f(in.relief_uv, 1.0)));
+    out.relief_scale = pow(abs(dot(node.row_x.xyz, cross(node.row_y.xyz, node.row_z.xyz))), 1.0 / 3.0);
 #endif
 #if RECEIVERS
     out.receives = node.receives;
@@ -107,6 +129,11 @@ fn vertex(in: VertexInput, node: NodeInput) -> Varyings {
     return out;
 }
 
+#if RELIEF
+// What the slope of the displacement map adds to the unit normal.
+var<private> tilt: vec3f;
+#endif
+
 #if SHADING_NORMAL
 // The unit shading normal, turned to the viewer's side.
 fn shading_normal(in: Varyings, front: bool) -> vec3f {
@@ -121,14 +148,32 @@ fn shading_normal(in: Varyings, front: bool) -> vec3f {
 #endif
     let normal = n.x * in.normal_x + n.y * in.normal_y + n.z * in.normal_z;
 #else
+#if RELIEF
+    let normal = unit(in.normal) + tilt;
+#else
     let normal = in.normal;
+#endif
 #endif
     return normal * (inverseSqrt(max(dot(normal, normal), 1e-30)) * select(-1.0, 1.0, front));
 }
 #endif
 
 @fragment
+#if RELIEF
+fn fragment(seen: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+    var in = seen;
+    let found = find_relief(seen.position, seen.relief_uv, seen.relief_scale, front);
+    tilt = found.tilt;
+    in.position += found.offset;
+#if BASE_UV
+    in.base_uv += dpdx(seen.base_uv) * found.shift.x + dpdy(seen.base_uv) * found.shift.y;
+#endif
+#if SECOND_MAP
+    in.second_uv += dpdx(seen.second_uv) * found.shift.x + dpdy(seen.second_uv) * found.shift.y;
+#endif
+#else
 fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) vec4f {
+#endif
     var t = vec4f(1.0);
 #if BASE_MAP
     t = textureSample(base_map, layer_sampler, in.base_uv);
@@ -152,6 +197,9 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
 #if LIT
     color = phong(in.position, shading_normal(in, front));
 #endif
+#if ENVIRONMENT
+    color = lit_by_environment(in.position, shading_normal(in, front));
+#endif
 #if LIGHT_MAPPED
     color = material.constant + material.diffuse * textureSample(second_map, layer_sampler, in.second_uv).rgb;
 #endif
@@ -174,7 +222,11 @@ fn fragment(in: Varyings, @builtin(front_facing) front: bool) -> @location(0) ve
 #if SHOW_NOTHING
     color = vec3f(0.2);
 #endif
+#if SHADED
+    color = tone_mapped(frame.exposure * t.rgb * color);
+#else
     color = saturate(t.rgb * color);
+#endif
 
     var alpha = 1.0;
 #if ALPHA_TEST || BLEND

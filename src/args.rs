@@ -5,9 +5,13 @@ use std::path::PathBuf;
 
 use aam::check::{self, CODES, CodePattern};
 use aam::nearest;
+use aam_scene::{ShadowFilter, ShadowSettings};
 use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::error::ErrorKind;
 use clap::{Arg, Command};
 use glam::Vec3;
+
+use crate::shadows;
 
 /// The largest side of a picture in pixels.
 pub(crate) const MAX_SIDE: u32 = 16_384;
@@ -28,6 +32,11 @@ pub(crate) fn size(text: &str) -> Result<Size, String> {
         _ => Err(wanted()),
     };
     Ok(Size { width: side(width)?, height: side(height)? })
+}
+
+/// `pcf`, `csm-evsm4`: a shadow technique.
+pub(crate) fn shadow_technique(text: &str) -> Result<aam_scene::ShadowTechnique, String> {
+    text.trim().parse()
 }
 
 /// `1,-2,0.5`: three finite numbers.
@@ -132,6 +141,85 @@ impl TypedValueParser for CodeParser {
     }
 }
 
+/// What of the scene is drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum ShowArg {
+    Lit,
+    Normals,
+    /// What a source lets through, by its name; without one the first.
+    Shadow(Option<String>),
+    /// The map of a source.
+    Depth(Option<String>),
+}
+
+/// `lit`, `normals`, `shadow:lamp`, `depth`.
+pub(crate) fn show(text: &str) -> Result<ShowArg, String> {
+    let (what, name) = match text.split_once(':') {
+        Some((what, name)) => (what, Some(name.to_owned()).filter(|name| !name.is_empty())),
+        None => (text, None),
+    };
+    match (what, name) {
+        ("lit", None) => Ok(ShowArg::Lit),
+        ("normals", None) => Ok(ShowArg::Normals),
+        ("shadow", name) => Ok(ShowArg::Shadow(name)),
+        ("depth", name) => Ok(ShowArg::Depth(name)),
+        _ => {
+            let near = nearest(what.as_bytes(), ["lit", "normals", "shadow", "depth"]);
+            let hint = near.map(|name| format!("; did you mean {name}?")).unwrap_or_default();
+            Err(format!("expected lit, normals, shadow, shadow:NAME, depth or depth:NAME{hint}"))
+        }
+    }
+}
+
+/// Which shadows are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ShadowChoice {
+    /// Those of the file, or of every light.
+    Usual,
+    /// None.
+    None,
+    /// Of lights as points, traced.
+    Point,
+    /// Of lights as large as they are, traced.
+    Area,
+    /// Of every light, in this way.
+    Technique(ShadowSettings),
+}
+
+impl ShadowChoice {
+    /// Words beside the techniques.
+    const WORDS: [(&'static str, Self); 4] =
+        [("usual", Self::Usual), ("none", Self::None), ("point", Self::Point), ("area", Self::Area)];
+}
+
+/// `pcf`, `evsm4:resolution=512,radius=5`, `area`; `help` prints what there is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShadowParser;
+
+impl TypedValueParser for ShadowParser {
+    type Value = ShadowChoice;
+
+    fn parse_ref(&self, command: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<ShadowChoice, clap::Error> {
+        if value == "help" {
+            return Err(clap::Error::raw(ErrorKind::DisplayHelp, shadows::help()).with_cmd(command));
+        }
+        let parser = StringValueParser::new().try_map(|text| {
+            if let Some((_, choice)) = ShadowChoice::WORDS.iter().find(|(word, _)| *word == text) {
+                return Ok(*choice);
+            }
+            text.parse().map(ShadowChoice::Technique).map_err(|reason: String| {
+                format!("{reason}; beside techniques of the GPU there are none, usual, and point and area, which the reference engine traces. `aam render --shadows=help` explains them")
+            })
+        });
+        parser.parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let words = ShadowChoice::WORDS.into_iter().map(|(word, _)| word);
+        Some(Box::new(ShadowFilter::WORDS.iter().copied().chain(words).chain(["help"]).map(PossibleValue::new)))
+    }
+}
+
 /// A number from `low` to `high`.
 fn between(text: &str, low: f32, high: f32, what: &str) -> Result<f32, String> {
     match text.trim().parse::<f32>() {
@@ -145,6 +233,12 @@ pub(crate) fn number(text: &str) -> Result<f32, String> {
     between(text, f32::MIN, f32::MAX, "a number")
 }
 
+/// Exposure in stops.
+pub(crate) fn exposure(text: &str) -> Result<f32, String> {
+    let most = aam_scene::MAX_EXPOSURE;
+    between(text, -most, most, &format!("stops, from -{most} to {most}"))
+}
+
 /// A finite number not below 0.
 pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
     between(text, 0.0, f32::MAX, "a number not below 0")
@@ -153,6 +247,11 @@ pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
 /// A finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f32, String> {
     between(text, f32::MIN_POSITIVE, f32::MAX, "a number above 0")
+}
+
+/// Pixels that adaptive tessellation may be off by.
+pub(crate) fn pixel_error(text: &str) -> Result<f32, String> {
+    between(text, aam_scene::displacement::MIN_PIXEL_ERROR, 1e4, "pixels, from 0.01 to 10000")
 }
 
 /// A number from 0 to 1.
@@ -257,6 +356,7 @@ mod tests {
         assert_eq!(number("-1.5"), Ok(-1.5));
         assert!(number("nan").is_err() && number("inf").is_err() && number("1e99").is_err());
         assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-0.1").is_err());
+        assert!(exposure("-1.5").is_ok() && exposure("33").is_err() && exposure("nan").is_err());
         assert!(fraction("1.1").is_err() && field_of_view("180").is_err() && frames_per_second("0").is_err());
     }
 
@@ -266,6 +366,23 @@ mod tests {
         for wrong in ["", "0", "1/0", "-1", "2", "1/2/3", "nan", "1e-9", "/"] {
             assert!(time_step(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn what_is_shown_may_name_a_source() {
+        assert_eq!((show("lit"), show("depth")), (Ok(ShowArg::Lit), Ok(ShowArg::Depth(None))));
+        assert_eq!(show("shadow:a:b"), Ok(ShowArg::Shadow(Some("a:b".into()))));
+        assert!(show("lit:a").is_err() && show("dept").is_err_and(|error| error.ends_with("did you mean depth?")));
+    }
+
+    #[test]
+    fn shadows_are_words_or_techniques() {
+        let parse = |text: &str| ShadowParser.parse_ref(&Command::new("aam"), None, OsStr::new(text));
+        assert_eq!(parse("none").ok(), Some(ShadowChoice::None));
+        let settings = "evsm4:radius=5".parse().expect("settings");
+        assert_eq!(parse("evsm4:radius=5").ok(), Some(ShadowChoice::Technique(settings)));
+        assert!(parse("soft").is_err_and(|error| error.to_string().contains("there are hard, pcf")));
+        assert!(parse("help").is_err_and(|error| error.exit_code() == 0 && error.to_string().contains("evsm4")));
     }
 
     #[test]

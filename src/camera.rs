@@ -1,10 +1,11 @@
 //! Which camera the arguments ask for.
 
-use aam_scene::{Aabb, Camera, Projection, Scene, Up};
+use aam_scene::{Aabb, Camera, Projection, Scene, Up, View};
 use glam::{Quat, Vec2, Vec3};
 
 use crate::cli::RenderArgs;
 use crate::failure::Failure;
+use crate::shadows;
 
 const SIDES: [&str; 7] = ["front", "back", "left", "right", "top", "bottom", "iso"];
 
@@ -15,6 +16,7 @@ pub(crate) fn choose(args: &RenderArgs, scene: &Scene, active: Option<&Camera>) 
     let aspect = args.size.width as f32 / args.size.height as f32;
     let bounds = scene.bounds();
     let mut camera = match (&args.view, args.camera_position) {
+        (Some(name), _) if is_source(name) => return of_source(name, args, scene),
         (Some(name), _) => named(name, scene, aspect)?,
         (None, Some(position)) => Camera {
             name: "camera".into(),
@@ -65,6 +67,23 @@ pub(crate) fn choose(args: &RenderArgs, scene: &Scene, active: Option<&Camera>) 
     Ok(camera)
 }
 
+/// `light` or `light:NAME`.
+fn is_source(name: &str) -> bool {
+    let word = name.split(':').next().unwrap_or(name);
+    word.eq_ignore_ascii_case("light")
+}
+
+/// The view of a shadow source.
+fn of_source(name: &str, args: &RenderArgs, scene: &Scene) -> Result<Camera, Failure> {
+    let name = name.split_once(':').map(|(_, name)| name).filter(|name| !name.is_empty());
+    let index = shadows::source(scene, name)?;
+    let size = args.size;
+    let fit = scene.fitting_camera(size.width as f32 / size.height as f32);
+    let view = View { camera: fit, width: size.width, height: size.height, frame: args.frame };
+    aam_renderer::shadow_camera(scene, &view, index)
+        .map_err(|reason| Failure::new(format_args!("there is no view from this shadow source: {reason}")))
+}
+
 fn other_up(up: Up) -> Vec3 {
     match up {
         Up::Z => Vec3::Y,
@@ -108,7 +127,7 @@ fn unknown(name: &str, scene: &Scene) -> Failure {
         None => String::new(),
     };
     Failure::new(format_args!("there is no view {name:?}{near}"))
-        .help(format_args!("views: {}; {cameras}", SIDES.join(", ")))
+        .help(format_args!("views: {}; light and light:NAME for shadow sources; {cameras}", SIDES.join(", ")))
 }
 
 /// Near and far planes around the scene.

@@ -7,8 +7,8 @@ use aam::{Limits, Severity};
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, ValueHint};
 use glam::Vec3;
 
-use crate::args::{self, Background, CodeParser, Size, TextureFor};
-use crate::verb::tune::TuneArgs;
+use crate::args::{self, Background, CodeParser, ShadowChoice, ShadowParser, ShowArg, Size, TextureFor};
+use crate::verb::tune::TunePhysicsArgs;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -16,11 +16,12 @@ Examples:
   aam render model.aam -o picture.png       draw a picture without a window
   aam view model.aam                        look at it in a window
   aam check model.aam                       say what is wrong in it
+  aam chart shadows room.scene.toml -o out  measure shadow techniques on a scene
 
 Exit codes:
   0    done
-  1    `check` found errors, `fmt --check` found a file that is not canonical, what `simulate`
-       simulated broke, or `tune` found nothing that is good enough
+  1    `check` found errors, `fmt --check` found a file that is not canonical, what `simulate` simulated broke,
+       or nothing that `tune` measured reaches the goal
   2    it could not be done: wrong arguments, a file that cannot be read or written
   101  a mistake in this program
 
@@ -59,7 +60,9 @@ pub(crate) enum Verb {
     View(ViewArgs),
     /// Let the bodies of a file fall, collide and come to rest
     Simulate(SimulateArgs),
-    /// Find the cheapest settings that are accurate enough for a file
+    /// Measure techniques on a scene: speed against accuracy
+    Chart(ChartArgs),
+    /// Choose the cheapest technique that is accurate enough for a scene
     Tune(TuneArgs),
     /// Show what a file holds
     Info(InfoArgs),
@@ -274,8 +277,13 @@ Examples:
   aam render model.aam -o turn.png --turntable 36          turn_00.png … turn_35.png
   aam render model.aam -o '{n}.png' --turntable 36         00.png … 35.png
   aam render model.aam -o - > picture.png
+  aam render moon.aam -o moon.png --displacement adaptive --pixel-error 0.5
+  aam render room.scene.toml -o room.png --shadows=evsm4:resolution=512,radius=5
+  aam render room.scene.toml -o map.png --shadows --show depth --size 512x512
   aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows
-  aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4";
+  aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4
+  aam render model.glb -o model.png --environment sky.hdr --exposure -1 --tone-map aces
+  aam render model.aam -o model.png --environment 'sky_{face}.png'     six faces: sky_right.png … or sky_px.png …";
 
 #[derive(Debug, Args)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -289,7 +297,8 @@ pub(crate) struct RenderArgs {
     /// Picture size in pixels
     #[arg(short, long, value_name = "WxH", default_value = "1280x720", value_parser = args::size)]
     pub(crate) size: Size,
-    /// Look from front, back, left, right, top, bottom or iso, or through a camera of the file by its name
+    /// Look from front, back, left, right, top, bottom or iso, through a camera of the file by its name, or from a shadow
+    /// source: light:NAME, or light for the first
     #[arg(long, value_name = "NAME", conflicts_with = "camera_position")]
     pub(crate) view: Option<String>,
     /// Where the camera stands, in world coordinates
@@ -310,6 +319,12 @@ pub(crate) struct RenderArgs {
     /// Compute on colours as stored, or in linear light; without it as the file's kind asks
     #[arg(long, value_name = "MODE")]
     pub(crate) shading: Option<Shading>,
+    #[command(flatten)]
+    pub(crate) environment: EnvironmentArgs,
+    /// Draw lit, normals, or of a shadow source what it lets through (shadow:NAME) or its map, near is light (depth:NAME);
+    /// without :NAME of the first (GPU)
+    #[arg(long, value_name = "WHAT", default_value = "lit", value_parser = args::show)]
+    pub(crate) show: ShowArg,
     /// Draw on the GPU, or by ray tracing on the CPU; without it the GPU if there is one
     #[arg(long, value_name = "ENGINE")]
     pub(crate) engine: Option<Engine>,
@@ -319,15 +334,34 @@ pub(crate) struct RenderArgs {
     /// Samples for each pixel of the reference engine
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
-    /// Shadows of lights as large as the scene file says, or with =point hard ones (reference engine)
-    #[arg(long, value_name = "SIZE", num_args = 0..=1, require_equals = true, default_missing_value = "area")]
-    pub(crate) shadows: Option<LightSize>,
+    /// Shadows of every light where the file has no [[shadow]]: on the GPU by a technique such as evsm4:radius=5
+    /// (=help lists them), by the reference engine of lights as large as the file says (=area) or of points (=point);
+    /// =none leaves out those of the file
+    #[arg(
+        long,
+        value_name = "WHAT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "usual",
+        value_parser = ShadowParser,
+        hide_possible_values = true
+    )]
+    pub(crate) shadows: Option<ShadowChoice>,
     /// Shadow rays to each light that has a size, for each sample (reference engine)
     #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..=65_536))]
     pub(crate) light_samples: u32,
+    /// Directions in which each sample looks at an environment, for diffuse and specular light each (reference engine)
+    #[arg(long, value_name = "N", default_value = "64", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(crate) environment_samples: u32,
     /// Light that surfaces give on to each other, so many times, in linear light and with shadows (reference engine)
     #[arg(long, value_name = "N", default_value = "0", value_parser = clap::value_parser!(u32).range(0..=1024))]
     pub(crate) bounces: u32,
+    /// How displacement maps are drawn
+    #[arg(long, value_name = "MODE", default_value = "uniform")]
+    pub(crate) displacement: Displacement,
+    /// Pixels that a point may move when adaptive tessellation changes; without it 1
+    #[arg(long, value_name = "PIXELS", value_parser = args::pixel_error)]
+    pub(crate) pixel_error: Option<f32>,
     /// Frame of the animation, from 0
     #[arg(long, value_name = "F", default_value = "0", value_parser = args::not_negative)]
     pub(crate) frame: f32,
@@ -341,12 +375,82 @@ pub(crate) struct RenderArgs {
     pub(crate) read: ReadArgs,
 }
 
+/// Light from all around, and how light is shown.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct EnvironmentArgs {
+    /// Light from all around, instead of lights: a panorama, the cross of a cube, or six files such as 'sky_{face}.png'
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) environment: Option<PathBuf>,
+    /// What the environment lights; with none it is only seen, and lights shine
+    #[arg(long, value_name = "WHICH")]
+    pub(crate) environment_light: Option<EnvironmentLight>,
+    /// How sharply surfaces reflect it; without it mirror for source shading and phong for linear
+    #[arg(long, value_name = "FILTER")]
+    pub(crate) environment_filter: Option<ReflectionFilter>,
+    /// Turn it about the up axis, counter-clockwise seen from above
+    #[arg(long, value_name = "DEGREES", value_parser = args::number, allow_hyphen_values = true)]
+    pub(crate) environment_rotation: Option<f32>,
+    /// Factor for its light
+    #[arg(long, value_name = "F", value_parser = args::not_negative)]
+    pub(crate) environment_intensity: Option<f32>,
+    /// Show light brighter by so many stops: 1 is twice as bright, -1 half
+    #[arg(long, value_name = "STOPS", value_parser = args::exposure, allow_hyphen_values = true)]
+    pub(crate) exposure: Option<f32>,
+    /// How light beyond white is shown; without it clamp
+    #[arg(long, value_name = "CURVE")]
+    pub(crate) tone_map: Option<ToneMapping>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EnvironmentLight {
+    /// Diffuse and specular terms
+    Both,
+    /// Diffuse terms only
+    Diffuse,
+    /// Specular terms only
+    Specular,
+    /// Nothing
+    None,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ReflectionFilter {
+    /// Whatever the exponent, as VR3Lib did
+    Mirror,
+    /// By the lobe of the material's exponent
+    Phong,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ToneMapping {
+    /// Cut at 1, as VR3Lib did
+    Clamp,
+    /// c / (1 + c)
+    Reinhard,
+    /// Like film
+    Aces,
+    /// Khronos PBR Neutral
+    Neutral,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shading {
     /// As VR3Lib and XVR did
     Source,
     /// Decoded from sRGB first, encoded last
     Linear,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Displacement {
+    /// The base mesh alone
+    Off,
+    /// Each edge cut into as many parts as the file says (TF)
+    Uniform,
+    /// Edges halved until --pixel-error holds
+    Adaptive,
+    /// The base mesh, with the map looked up along the ray of sight (GPU engine)
+    Parallax,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -370,6 +474,8 @@ Examples:
   aam view model.aam
   aam view model.glb
   aam view room.scene.toml
+  aam view --demo                           how shadow mapping works, step by step, in three scenes
+  aam view a.scene.toml b.scene.toml        several files with the demo's keys: space goes to the next
 
 Drag to turn, shift-drag or middle-drag to move, wheel to come closer, F to fit, H for all keys.
 The window follows the file: save it elsewhere and the picture changes.";
@@ -379,7 +485,11 @@ The window follows the file: save it elsewhere and the picture changes.";
 pub(crate) struct ViewArgs {
     /// File to look at: .aam .gltf .glb .obj .stl .ply .scene.toml; without it drop one on the window
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
-    pub(crate) file: Option<PathBuf>,
+    pub(crate) files: Vec<PathBuf>,
+    /// Show the shadow-mapping demo: space goes to the next scene, L looks from the light, P and U pause and resume, R
+    /// starts again, arrows change the speed
+    #[arg(long, conflicts_with = "files")]
+    pub(crate) demo: bool,
     /// Window size in pixels
     #[arg(short, long, value_name = "WxH", default_value = "1280x800", value_parser = args::size)]
     pub(crate) size: Size,
@@ -454,6 +564,140 @@ pub(crate) enum Continuous {
     Static,
     /// All bodies
     All,
+}
+
+const CHART_EXAMPLES: &str = "\
+Examples:
+  aam chart shadows room.scene.toml -o room-chart            up to 15 minutes; then open room-chart/index.html
+  aam chart shadows room.scene.toml -o room-chart --quick    up to two minutes
+  aam chart shadows room.scene.toml -o room-chart --techniques hard,pcf,evsm4 --light sun";
+
+#[derive(Debug, Args)]
+#[command(after_help = CHART_EXAMPLES)]
+pub(crate) struct ChartArgs {
+    #[command(subcommand)]
+    pub(crate) what: ChartWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ChartWhat {
+    /// Shadows of a light, against what the reference traces
+    Shadows(Box<ChartShadowsArgs>),
+}
+
+const CHART_SHADOWS_EXAMPLES: &str = "\
+Examples:
+  aam chart shadows room.scene.toml -o room-chart            up to 15 minutes; then open room-chart/index.html
+  aam chart shadows room.scene.toml -o room-chart --quick    up to two minutes
+  aam chart shadows room.scene.toml -o room-chart --techniques hard,pcf,evsm4 --light sun
+
+The folder gets index.html (plots and pictures, one page without anything else), data.csv (one row for each setting and
+truth), data.json (docs/chart-shadows.schema.json describes it) and fronts.svg. Files of these names are overwritten.
+Errors are those of the light's visibility, over the pixels that face it, against the light as a point and against the
+light as large as the scene says.";
+
+#[derive(Debug, Args)]
+#[command(after_help = CHART_SHADOWS_EXAMPLES)]
+pub(crate) struct ChartShadowsArgs {
+    /// Scene to measure on: .scene.toml, or an asset that brings a light
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Folder to write to; it is made if it is not there
+    #[arg(short, long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
+/// What is measured of shadows.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct MeasureArgs {
+    /// A few settings of each technique, in at most two minutes
+    #[arg(long, conflicts_with = "full")]
+    pub(crate) quick: bool,
+    /// A dense grid and a finer truth, however long it takes
+    #[arg(long)]
+    pub(crate) full: bool,
+    /// Only these techniques, such as hard,pcf,csm-evsm4
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', value_parser = args::shadow_technique)]
+    pub(crate) techniques: Vec<aam_scene::ShadowTechnique>,
+    /// Picture size in pixels
+    #[arg(short, long, value_name = "WxH", default_value = "512x384", value_parser = args::size)]
+    pub(crate) size: Size,
+    /// The light, by its name or its number from 1; without it the first with a shape
+    #[arg(long, value_name = "NAME")]
+    pub(crate) light: Option<String>,
+    /// Look through a camera of the file by its name; without it the file's active one
+    #[arg(long, value_name = "NAME")]
+    pub(crate) view: Option<String>,
+    /// Frame of the animation, from 0
+    #[arg(long, value_name = "F", default_value = "0", value_parser = args::not_negative)]
+    pub(crate) frame: f32,
+}
+
+const TUNE_EXAMPLES: &str = "\
+Examples:
+  aam tune shadows room.scene.toml --max-error 0.05             the cheapest with an RMSE of at most 0.05
+  aam tune shadows room.scene.toml --budget-ms 4                the most accurate within 4 ms a frame on this machine
+  aam tune shadows room.scene.toml --max-error 0.05 --dry-run   only say what would be written
+  aam tune --physics chair.glb                                  how many convex hulls are enough";
+
+#[derive(Debug, Args)]
+#[command(after_help = TUNE_EXAMPLES)]
+pub(crate) struct TuneArgs {
+    #[command(subcommand)]
+    pub(crate) what: TuneWhat,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum TuneWhat {
+    /// Shadow techniques and their parameters; the word may be left out
+    Shadows(Box<TuneShadowsArgs>),
+    /// The fewest convex hulls with which bodies move as their surface would; also --physics
+    Physics(Box<TunePhysicsArgs>),
+}
+
+const TUNE_SHADOWS_EXAMPLES: &str = "\
+Examples:
+  aam tune shadows room.scene.toml --max-error 0.05             the cheapest with an RMSE of at most 0.05
+  aam tune shadows room.scene.toml --budget-ms 4                the most accurate within 4 ms a frame on this machine
+  aam tune shadows room.scene.toml --max-error 0.05 --dry-run   only say what would be written
+
+The choice is written into the scene file as [[shadow]], or into one beside an asset. Lights whose shadow no camera of the
+scene sees get none, and objects that cast nothing into view are no casters.
+Without --quick or --full it takes up to 15 minutes for each light.
+
+Exit codes: 0 done, 1 nothing that was measured reaches the goal: what comes closest is written,
+2 it could not be done.";
+
+#[derive(Debug, Args)]
+#[command(after_help = TUNE_SHADOWS_EXAMPLES)]
+#[command(group = clap::ArgGroup::new("goal").required(true).args(["max_error", "budget_ms"]))]
+pub(crate) struct TuneShadowsArgs {
+    /// Scene to tune: .scene.toml, or an asset that brings a light
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// The cheapest whose visibility has a root mean squared error of at most this, from 0 to 1
+    #[arg(long, value_name = "E", value_parser = args::fraction)]
+    pub(crate) max_error: Option<f32>,
+    /// The most accurate that takes at most so much GPU time a frame
+    #[arg(long, value_name = "MS", value_parser = args::positive)]
+    pub(crate) budget_ms: Option<f32>,
+    /// What the light is taken for
+    #[arg(long, value_name = "TRUTH", default_value = "area")]
+    pub(crate) truth: LightSize,
+    /// Write to this scene file instead
+    #[arg(short, long, value_name = "FILE.scene.toml", value_hint = ValueHint::FilePath, conflicts_with = "dry_run")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
 }
 
 const INFO_EXAMPLES: &str = "\
@@ -586,7 +830,7 @@ mod tests {
     use aam::{Limit, Limits};
     use clap::{CommandFactory, Parser};
 
-    use super::{Cli, Verb};
+    use super::{ChartArgs, ChartWhat, Cli, TuneArgs, TuneWhat, Verb};
 
     #[test]
     fn arguments_are_consistent() {
@@ -601,7 +845,9 @@ mod tests {
             &["aam", "render", "a", "-o", "b"],
             &["aam", "view", "a"],
             &["aam", "simulate", "a"],
-            &["aam", "tune", "--physics", "a"],
+            &["aam", "chart", "shadows", "a", "-o", "b"],
+            &["aam", "tune", "shadows", "a", "--max-error", "0.1"],
+            &["aam", "tune", "physics", "a"],
             &["aam", "check", "a"],
             &["aam", "fmt", "a"],
         ] {
@@ -613,9 +859,11 @@ mod tests {
                     Verb::View(args) => args.read.limits.limits(),
                     Verb::Info(args) => args.read.limits.limits(),
                     Verb::Simulate(args) => args.read.limits.limits(),
-                    Verb::Tune(args) => args.read.limits.limits(),
                     Verb::Check(args) => args.limits.limits(),
                     Verb::Fmt(args) => args.limits.limits(),
+                    Verb::Chart(ChartArgs { what: ChartWhat::Shadows(args) }) => args.read.limits.limits(),
+                    Verb::Tune(TuneArgs { what: TuneWhat::Shadows(args) }) => args.read.limits.limits(),
+                    Verb::Tune(TuneArgs { what: TuneWhat::Physics(args) }) => args.read.limits.limits(),
                     Verb::Completions(_) => unreachable!("it reads nothing"),
                 }
             };

@@ -151,6 +151,7 @@ pub(crate) fn save_scene(path: &Path, before: &Scene, after: &Scene, camera: &Ca
     let assembled = |scene: &Scene| {
         let mut assembled = plain.assemble(vec![scene.clone()], &target).scene;
         assembled.background = scene.background.clone();
+        assembled.shadows = scene.shadows.clone().map(|shadows| shadows.below(1));
         assembled
     };
     file.record(&assembled(before), &assembled(after), camera);

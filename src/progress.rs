@@ -33,6 +33,11 @@ impl Bar {
         });
         Self { bar, _shown_unless_dropped: Some(sender) }
     }
+
+    /// Says what is done now, without another stage.
+    pub(crate) fn name(&self, doing: &str) {
+        self.bar.set_message(doing.to_owned());
+    }
 }
 
 fn console_is_terminal() -> bool {

@@ -14,7 +14,9 @@ use aam_lab::metrics::{PIXELS_PER_DEGREE, difference, difference_picture, flip};
 use aam_lab::{load, save_png};
 use aam_reference::Options;
 use aam_renderer::{Gpu, Msaa, RenderOptions, Renderer};
-use aam_scene::{Image, Layer, NormalSpace, Scene, Shading, View};
+use aam_scene::{
+    DisplacementMode, Environment, Image, Layer, NormalSpace, Scene, Shading, SpecularFilter, ToneMap, View,
+};
 use glam::{Mat3, Vec2};
 
 type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
@@ -28,12 +30,13 @@ struct Case {
     frame: f32,
     /// Instead of the file's.
     shading: Option<Shading>,
+    displacement: DisplacementMode,
     /// The largest mean FLIP difference; `None` compares exactly only.
     flip: Option<f64>,
 }
 
 const fn case(file: &'static str, flip: f64) -> Case {
-    Case { file, frame: 0.0, shading: None, flip: Some(flip) }
+    Case { file, frame: 0.0, shading: None, displacement: DisplacementMode::Uniform, flip: Some(flip) }
 }
 
 /// Bounds are some 1.3 times what lavapipe (Mesa 22.3.6) gives.
@@ -54,20 +57,28 @@ const CASES: &[Case] = &[
     case("binary.scene.toml", 0.006),
     case("character.scene.toml", 0.014),
     case("displaced.scene.toml", 0.013),
+    case("medallion.scene.toml", 0.006),
     case("multiframe.scene.toml", 0.005),
     case("original.scene.toml", 0.011),
     case("physics.scene.toml", 0.013),
     // The same with fine joints of high contrast all over the picture.
     case("materials.scene.toml", 0.026),
     case("room.scene.toml", 0.039),
+    // Light from all around: the renderer's is prefiltered, the reference's is integrated for each point.
+    case("environment.scene.toml", 0.01),
     case("crate.gltf", 0.013),
     case("crate.obj", 0.013),
     // Later frames, and the other mode.
     Case { frame: 25.0, flip: None, ..case("character.scene.toml", 0.0) },
     Case { frame: 10.0, flip: None, ..case("multiframe.scene.toml", 0.0) },
     Case { shading: Some(Shading::Linear), flip: None, ..case("materials.scene.toml", 0.0) },
+    // Displacement otherwise than by the tessellation factor.
+    Case { displacement: DisplacementMode::Off, flip: None, ..case("displaced.scene.toml", 0.0) },
+    Case { displacement: DisplacementMode::ADAPTIVE, flip: None, ..case("displaced.scene.toml", 0.0) },
+    Case { displacement: DisplacementMode::ADAPTIVE, flip: None, ..case("medallion.scene.toml", 0.0) },
     Case { shading: Some(Shading::Linear), flip: None, ..case("room.scene.toml", 0.0) },
     Case { shading: Some(Shading::Source), flip: None, ..case("crate.gltf", 0.0) },
+    Case { shading: Some(Shading::Source), flip: None, ..case("environment.scene.toml", 0.0) },
 ];
 
 /// Exact: the largest share of pixels that differ by more than 2. These are at edges and at alpha cutoffs, where the last
@@ -94,17 +105,27 @@ impl Case {
     fn name(&self) -> String {
         let stem = self.file.trim_end_matches(".scene.toml");
         let shading = self.shading.map_or("", |shading| if shading == Shading::Linear { " linear" } else { " source" });
-        if self.frame > 0.0 { format!("{stem}{shading} frame {}", self.frame) } else { format!("{stem}{shading}") }
+        let displacement = match self.displacement {
+            DisplacementMode::Uniform => String::new(),
+            other => format!(" {other:?}"),
+        };
+        let frame = if self.frame > 0.0 { format!(" frame {}", self.frame) } else { String::new() };
+        format!("{stem}{shading}{displacement}{frame}")
     }
 
     fn prepare(self) -> Result<Prepared> {
         let (mut scene, camera) = load(&fixtures().join(self.file))?;
         scene.shading = self.shading.unwrap_or(scene.shading);
+        // What the reference traces exactly the renderer approaches: shadows have tests of their own.
+        scene.shadows = None;
         let (width, height) = (512, 384);
         let camera = camera.unwrap_or_else(|| scene.fitting_camera(width as f32 / height as f32));
         let view = View { camera, width, height, frame: self.frame };
         let trace = |samples_per_pixel| -> Result<Image> {
-            let options = Options { samples_per_pixel, ..Options::default() };
+            // About as many directions for each pixel.
+            let environment_samples = 1024 / samples_per_pixel;
+            let displacement = self.displacement;
+            let options = Options { samples_per_pixel, displacement, environment_samples, ..Options::default() };
             Ok(aam_reference::render(&scene, &view, &options)?.0)
         };
         let smooth = self.flip.map(|_| trace(16)).transpose()?;
@@ -126,7 +147,8 @@ impl Prepared {
     /// What is wrong with the renderer's pictures of a scene as pictures of this case; nothing if they agree.
     fn judge(&self, renderer: &mut Renderer, scene: &Scene) -> Result<Vec<Fault>> {
         let mut draw = |msaa| -> Result<Image> {
-            Ok(renderer.render_to_image(scene, &self.view, &RenderOptions { msaa, ..RenderOptions::default() })?.0)
+            let options = RenderOptions { msaa, displacement: self.case.displacement, ..RenderOptions::default() };
+            Ok(renderer.render_to_image(scene, &self.view, &options)?.0)
         };
         let mut faults = Vec::new();
         let mut check =
@@ -260,6 +282,18 @@ const MISTAKES: &[Mistake] = &[
         noticed: Noticed::Twice,
         make: swap_normal_spaces,
     },
+    Mistake {
+        name: "displacement twice as high",
+        file: "displaced.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| displace_by(scene, 2.0),
+    },
+    Mistake {
+        name: "displacement ignored",
+        file: "medallion.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| displace_by(scene, 0.0),
+    },
     Mistake { name: "v not flipped", file: "multiframe.scene.toml", noticed: Noticed::Twice, make: flip_v },
     Mistake { name: "v not flipped", file: "room.scene.toml", noticed: Noticed::Twice, make: flip_v },
     Mistake { name: "v not flipped", file: "crate.gltf", noticed: Noticed::Twice, make: flip_v },
@@ -294,6 +328,30 @@ const MISTAKES: &[Mistake] = &[
         file: "demo-torus.scene.toml",
         noticed: Noticed::Twice,
         make: drop_highlights,
+    },
+    Mistake {
+        name: "environment turned by 10 degrees",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.rotation += 0.17),
+    },
+    Mistake {
+        name: "environment reflected by mirrors",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.filter = Some(SpecularFilter::Mirror)),
+    },
+    Mistake {
+        name: "environment without diffuse light",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| with_environment(scene, |environment| environment.diffuse = false),
+    },
+    Mistake {
+        name: "no tone mapping",
+        file: "environment.scene.toml",
+        noticed: Noticed::Twice,
+        make: |scene| scene.tone_map = ToneMap::Clamp,
     },
     Mistake { name: "one light fewer", file: "character.scene.toml", noticed: Noticed::Twice, make: drop_light },
     Mistake {
@@ -352,6 +410,13 @@ fn drop_layer(scene: &mut Scene, layer: Layer) {
     scene.materials.iter_mut().for_each(|material| material.layers[layer as usize] = None);
 }
 
+fn displace_by(scene: &mut Scene, factor: f32) {
+    for displacement in scene.meshes.iter_mut().filter_map(|mesh| Arc::make_mut(mesh).displacement.as_mut()) {
+        displacement.bias *= factor;
+        displacement.scale *= factor;
+    }
+}
+
 fn drop_cutoff(scene: &mut Scene) {
     scene.materials.iter_mut().for_each(|material| material.alpha_cutoff = None);
 }
@@ -368,6 +433,12 @@ fn flip_green(scene: &mut Scene) {
     scene.meshes.iter_mut().for_each(|mesh| {
         Arc::make_mut(mesh).tangents.iter_mut().flatten().for_each(|tangent| tangent.w = -tangent.w);
     });
+}
+
+fn with_environment(scene: &mut Scene, change: impl FnOnce(&mut Environment)) {
+    if let Some(environment) = &mut scene.environment {
+        change(environment);
+    }
 }
 
 fn drop_light(scene: &mut Scene) {

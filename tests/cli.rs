@@ -658,16 +658,23 @@ fn render_traces_shadows_and_bounces() {
         folder.aam(&[&reference[..], more].concat())
     };
     let mut pictures = Vec::new();
-    for more in [&[][..], &["--shadows=point"], &["--shadows"], &["--shadows", "--light-samples", "2"]] {
+    for more in [&["--shadows=none"][..], &["--shadows=point"], &["--shadows"], &["--shadows", "--light-samples", "2"]]
+    {
         render(more).succeeds();
         pictures.push(folder.read("a.png"));
     }
     assert!((1..pictures.len()).all(|at| !pictures[..at].contains(&pictures[at])), "each option changes the picture");
     render(&["--shadows=area"]).succeeds();
     assert!(folder.read("a.png") == pictures[2], "area is what --shadows means");
+    render(&[]).succeeds();
+    assert!(folder.read("a.png") == pictures[2], "the file says that there are shadows");
     render(&["--bounces", "1"]).succeeds().says("linear light");
     render(&["--bounces", "1", "--shading", "source"]).fails(2).says("--shading linear");
-    render(&["--shadows=wide"]).fails(2).says("point, area");
+    render(&["--bounces", "1", "--shadows=none"]).fails(2).says("through walls");
+    render(&["--shadows=wide"]).fails(2).says("there are hard, pcf").says("point and area").says("--shadows=help");
+    render(&["--shadows=pcf"]).fails(2).says("no technique pcf").says("--shadows=area");
+    let help = folder.aam(&["render", "--shadows=help"]).succeeds();
+    assert!(help.out.contains("evsm4") && help.out.contains("bleed_reduction"), "{}", help.out);
     for (option, value) in [("--bounces", "1025"), ("--light-samples", "0")] {
         render(&[option, value]).fails(2).says(option);
     }

@@ -103,8 +103,13 @@ impl Display {
 
     /// Opens `aam view` in a folder and waits until it shows the file.
     fn view(&self, folder: &Path, file: &str) -> Window<'_> {
+        self.view_as(folder, file, file)
+    }
+
+    /// The same with any argument, and the file that it then shows.
+    fn view_as(&self, folder: &Path, argument: &str, file: &str) -> Window<'_> {
         let process = Command::new(env!("CARGO_BIN_EXE_aam"))
-            .args(["view", file, "--size", &format!("{WIDTH}x{HEIGHT}")])
+            .args(["view", argument, "--size", &format!("{WIDTH}x{HEIGHT}")])
             .current_dir(folder)
             .env("DISPLAY", &self.name)
             .env("XDG_RUNTIME_DIR", folder)
@@ -141,6 +146,10 @@ impl Drop for Window<'_> {
 }
 
 impl Window<'_> {
+    fn title(&self) -> String {
+        self.display.xdotool(&["getwindowname", &self.id])
+    }
+
     fn key(&self, key: &str) {
         self.display.xdotool(&["key", key]);
     }
@@ -320,6 +329,34 @@ fn changes_are_saved_to_a_scene_file() {
     let text = wait("the scene file", || fs::read_to_string(&saved).ok());
     assert!(text.contains("square.aam") && text.contains("visible = false") && text.contains("[[camera]]"), "{text}");
     window.key("q");
+    window.ends_with(0);
+}
+
+#[test]
+fn the_demo_goes_through_its_scenes_and_steps() {
+    let Some(display) = Display::start() else { return };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut window = display.view_as(folder.path(), "--demo", "demo-torus.scene.toml");
+    wait("the first scene", || (colors(&display.scene()) > 300).then_some(()));
+    window.key("p");
+    let shadowed = window.settled();
+    let unshadowed = window.changed_by("no shadows", || window.key("m"));
+    assert!(different(&shadowed, &unshadowed) > 0.01);
+    window.changed_by("shadows", || window.key("m"));
+    let light = window.changed_by("the view of the light", || window.key("l"));
+    assert!(different(&shadowed, &light) > 0.2);
+    window.changed_by("the eye's view", || window.key("l"));
+    window.key("u");
+    let moved = |before: &[[u8; 3]]| different(before, &display.scene()) > 0.002;
+    wait("spheres that turn", || moved(&shadowed).then_some(()));
+    window.key("p");
+    window.changed_by("the start", || window.key("r"));
+    for next in ["demo-spheres", "demo-teapot", "demo-torus"] {
+        window.key("space");
+        wait(next, || window.title().starts_with(next).then_some(()));
+    }
+    assert!(!folder.path().join("demo-torus-001.png").exists(), "P pauses");
+    window.key("Escape");
     window.ends_with(0);
 }
 

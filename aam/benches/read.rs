@@ -1,20 +1,27 @@
 //! Reading and writing against peers in the same run: the same grid as AAM (text and binary) and as OBJ (`tobj`), a bare
 //! scan for line ends, a copy of the bytes, and several threads against one. Ratios are what counts; they are printed at the end.
 //! On a busy machine the processor time of the calling thread says more than the time that passed. Linux tells it.
+//!
+//! Words choose the tasks whose names they are part of. `ROUNDS` says how often each runs, 9 times if not. `FAST_OBJ` may name a
+//! program that reads the OBJ of its first argument and prints the milliseconds that passed and those of the processor; one of a
+//! few lines is in `docs/techniques/reading.md`.
+
+mod grid;
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::fmt::Write as _;
 use std::hint::black_box;
+use std::path::Path;
+use std::process::Command;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use aam::document::{Encoding, Faces, Frame, Geometry, Group, Object, TexCounts, Triangle};
-use aam::{Document, ReadOptions, WriteOptions, read, write};
+use aam::document::Encoding;
+use aam::{Document, ReadOptions, WriteOptions, read, read_file, write};
+
+use grid::{grid, obj, unindented};
 
 /// Vertices along each side of the grid: 1 M vertices, 2 M triangles.
 const SIDE: usize = 1000;
-/// What is compared runs in turn, so that whatever else the machine does meanwhile meets all of them.
-const ROUNDS: usize = 9;
 
 /// The system's allocator, with a count of the bytes in use and of the most there were.
 struct Counting;
@@ -70,67 +77,6 @@ fn memory<T>(make: impl FnOnce() -> T) -> (usize, usize) {
     (most - before, after - before)
 }
 
-/// A height field with one texture coordinate for each vertex. With `digits` the decimals are those that exporters write, else any
-/// `f32`.
-fn grid(digits: Option<i32>) -> Document {
-    let rounded = |value: f64| match digits {
-        Some(digits) => ((value * 10f64.powi(digits)).round() / 10f64.powi(digits)) as f32,
-        None => value as f32,
-    };
-    let at = |i: usize| i as f64 / (SIDE - 1) as f64;
-    let mut object = Object { name: "grid".into(), parent: -1, material: -1, ..Object::default() };
-    let mut faces = Faces { tex_counts: TexCounts::Uniform(1), ..Faces::default() };
-    for y in 0..SIDE {
-        for x in 0..SIDE {
-            let (u, v) = (at(x), at(y));
-            let height = (u * 17.0).sin() * (v * 13.0).cos();
-            object.vertices.push([rounded(u * 100.0), rounded(v * 100.0), rounded(height)]);
-            faces.tex_coords.push([rounded(u), rounded(v)]);
-        }
-    }
-    for y in 0..SIDE - 1 {
-        for x in 0..SIDE - 1 {
-            let a = (y * SIDE + x) as u32;
-            let (b, c, d) = (a + 1, a + SIDE as u32, a + SIDE as u32 + 1);
-            for vertices in [[a, b, d], [a, d, c]] {
-                faces.triangles.push(Triangle { vertices, smoothing: 1 });
-                faces.tex_indices.push(vertices);
-            }
-        }
-    }
-    faces.groups.push(Group { id: 0, triangles: faces.triangles.len() });
-    object.faces = Some(faces);
-    let frames = vec![Frame { objects: vec![object], ..Frame::default() }];
-    Document {
-        geometry: Geometry { smoothing_groups: true, animation_frames: 1, frames, ..Geometry::default() },
-        ..Document::default()
-    }
-}
-
-/// The same as an OBJ.
-fn obj(document: &Document) -> String {
-    let object = &document.objects()[0];
-    let faces = object.faces.as_ref().expect("the grid has faces");
-    let mut text = String::from("o grid\n");
-    for [x, y, z] in &object.vertices {
-        writeln!(text, "v {x:.4} {y:.4} {z:.4}").expect("memory");
-    }
-    for [u, v] in &faces.tex_coords {
-        writeln!(text, "vt {u:.4} {v:.4}").expect("memory");
-    }
-    text.push_str("s 1\n");
-    for triangle in &faces.triangles {
-        let [a, b, c] = triangle.vertices.map(|index| index + 1);
-        writeln!(text, "f {a}/{a} {b}/{b} {c}/{c}").expect("memory");
-    }
-    text
-}
-
-/// Text without the blanks at the starts of lines, as the OBJ has none.
-fn unindented(bytes: &[u8]) -> Vec<u8> {
-    bytes.split_inclusive(|&byte| byte == b'\n').flat_map(|line| line.trim_ascii_start()).copied().collect()
-}
-
 /// Something to be timed, and the bytes it reads or writes.
 struct Task<'a> {
     name: &'static str,
@@ -146,10 +92,25 @@ struct Taken {
     processor: Duration,
 }
 
-/// Zero where the system does not tell.
+#[cfg(target_os = "linux")]
 fn processor_time() -> Duration {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    Duration::from_nanos(text.split(' ').next().and_then(|first| first.parse().ok()).unwrap_or(0))
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::try_from(time).unwrap_or_default()
+}
+
+/// Not told here.
+#[cfg(not(target_os = "linux"))]
+fn processor_time() -> Duration {
+    Duration::ZERO
+}
+
+/// What a program says of the time that it took to read a file.
+fn told_by(program: &str, path: &Path) -> Taken {
+    let output = Command::new(program).arg(path).output().expect("FAST_OBJ names a program that runs");
+    let text = String::from_utf8_lossy(&output.stdout);
+    let mut times = text.split_whitespace().map(|word| Duration::from_secs_f64(word.parse::<f64>().expect("ms") / 1e3));
+    let mut time = || times.next().expect("FAST_OBJ prints two times");
+    Taken { passed: time(), processor: time() }
 }
 
 impl<'a> Task<'a> {
@@ -167,7 +128,7 @@ impl<'a> Task<'a> {
 }
 
 fn main() {
-    let (document, precise) = (grid(Some(4)), grid(None));
+    let (document, precise) = (grid(SIDE, Some(4)), grid(SIDE, None));
     let fixed = WriteOptions { digits: Some(4), ..WriteOptions::default() };
     let text = unindented(&write(&document, &fixed).expect("writable"));
     let shortest = write(&document, &WriteOptions::default()).expect("writable");
@@ -181,13 +142,15 @@ fn main() {
     };
     let writing = |document: &Document, options: &WriteOptions| write(black_box(document), options).expect("writable");
     let text_options = WriteOptions::default();
-    let mut tasks = [
+    let folder = tempfile::tempdir().expect("a folder for the benchmark");
+    let [text_path, obj_path] = ["grid.aam", "grid.obj"].map(|name| folder.path().join(name));
+    std::fs::write(&text_path, &text).expect("the text is written");
+    std::fs::write(&obj_path, &obj).expect("the OBJ is written");
+    let mut tasks = vec![
         Task::new("read text", text.len(), || reading(&text, 1)),
         Task::new("read text, 2 threads", text.len(), || reading(&text, 2)),
-        Task::new("read OBJ (tobj)", obj.len(), || {
-            let options = tobj::LoadOptions { triangulate: true, single_index: false, ..tobj::LoadOptions::default() };
-            tobj::load_obj_buf(&mut black_box(obj.as_bytes()), &options, |_| Ok((Vec::new(), Default::default())))
-                .expect("readable")
+        Task::new("read text file", text.len(), || {
+            read_file(black_box(&text_path), &ReadOptions { threads: 1, ..ReadOptions::default() }).expect("readable")
         }),
         Task::new("line scan (memchr)", text.len(), || memchr::memchr_iter(b'\n', black_box(&text)).count()),
         Task::new("write text", shortest.len(), || writing(&document, &text_options)),
@@ -197,8 +160,22 @@ fn main() {
         Task::new("read binary", binary.len(), || reading(&binary, 1)),
         Task::new("copy of the binary", binary.len(), || black_box(&binary).to_vec()),
         Task::new("write binary", binary.len(), || writing(&document, &binary_options)),
+        // Last, since others would pay for the memory that it leaves in pieces.
+        Task::new("read OBJ (tobj)", obj.len(), || {
+            let options = tobj::LoadOptions { triangulate: true, single_index: false, ..tobj::LoadOptions::default() };
+            tobj::load_obj_buf(&mut black_box(obj.as_bytes()), &options, |_| Ok((Vec::new(), Default::default())))
+                .expect("readable")
+        }),
     ];
-    for round in 0..=ROUNDS {
+    if let Ok(program) = std::env::var("FAST_OBJ") {
+        let run = Box::new(move || told_by(&program, &obj_path));
+        tasks.push(Task { name: "read OBJ file (fast_obj)", bytes: obj.len(), run, taken: Vec::new() });
+    }
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    tasks.retain(|task| words.is_empty() || words.iter().any(|word| task.name.contains(word.as_str())));
+    let rounds = std::env::var("ROUNDS").ok().and_then(|rounds| rounds.parse().ok()).unwrap_or(9);
+    // What is compared runs in turn, so that whatever else the machine does meanwhile meets all of them.
+    for round in 0..=rounds {
         for task in &mut tasks {
             let taken = (task.run)();
             // The first round warms up.
@@ -208,31 +185,32 @@ fn main() {
         }
     }
 
-    println!("{} vertices, {} triangles, {ROUNDS} rounds", SIDE * SIDE, 2 * (SIDE - 1) * (SIDE - 1));
-    println!("{:<24} {:>10} {:>10} {:>10} {:>10}", "", "median ms", "best ms", "best MB/s", "cpu ms");
+    println!("{} vertices, {} triangles, {rounds} rounds", SIDE * SIDE, 2 * (SIDE - 1) * (SIDE - 1));
+    println!("{:<26} {:>10} {:>10} {:>10} {:>10}", "", "median ms", "best ms", "best MB/s", "cpu ms");
     let times = |task: &Task<'_>| {
         let mut passed: Vec<f64> = task.taken.iter().map(|taken| taken.passed.as_secs_f64()).collect();
         passed.sort_by(f64::total_cmp);
         let processor = task.taken.iter().map(|taken| taken.processor.as_secs_f64()).fold(f64::INFINITY, f64::min);
-        [passed[ROUNDS / 2], passed[0], processor]
+        [passed[rounds / 2], passed[0], processor]
     };
     for task in &tasks {
         let [median, best, processor] = times(task);
         let speed = task.bytes as f64 / 1e6 / best;
         let (median, best, processor) = (median * 1e3, best * 1e3, processor * 1e3);
-        println!("{:<24} {median:>10.1} {best:>10.1} {speed:>10.0} {processor:>10.1}", task.name);
+        println!("{:<26} {median:>10.1} {best:>10.1} {speed:>10.0} {processor:>10.1}", task.name);
     }
     println!("{:<44} {:>8} {:>8} {:>8}", "ratio of times", "medians", "bests", "cpu");
     for (above, below) in [
         ("read OBJ (tobj)", "read text"),
         ("line scan (memchr)", "read text"),
         ("read text", "read text, 2 threads"),
+        ("read text file", "read OBJ file (fast_obj)"),
         ("copy of the binary", "read binary"),
         ("read what was written", "write text"),
         ("read text, any f32", "write text, any f32"),
     ] {
-        let of = |name: &str| times(tasks.iter().find(|task| task.name == name).expect("a task"));
-        let ([a, b, c], [d, e, f]) = (of(above), of(below));
+        let of = |name: &str| tasks.iter().find(|task| task.name == name).map(times);
+        let (Some([a, b, c]), Some([d, e, f])) = (of(above), of(below)) else { continue };
         println!("{:<44} {:>8.2} {:>8.2} {:>8.2}", format!("{above} / {below}"), a / d, b / e, c / f);
     }
     for (name, bytes, threads) in [("text", &text, 1), ("text, 2 threads", &text, 2), ("binary", &binary, 1)] {

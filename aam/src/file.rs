@@ -4,6 +4,9 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
+use memmap2::{Mmap, MmapOptions};
+
+use crate::large_pages::in_large_pages;
 use crate::{
     Document, Limit, LimitExceeded, Limits, ReadError, ReadOptions, ReadOutcome, WriteError, WriteOptions, read, write,
 };
@@ -58,32 +61,64 @@ pub enum FileError {
 /// # Errors
 /// [`FileError::Open`] or [`FileError::TooLarge`].
 pub fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, FileError> {
+    let (file, size) = open(path, limits)?;
+    copied(file, size, path, limits)
+}
+
+/// Reads a document from a file.
+///
+/// The file is mapped into memory, so that nothing of it is copied. Another program should not write to it meanwhile: what it
+/// changes may be read or not, and where it makes the file shorter, the system may end this process. Programs that put a new file in
+/// the place of the old one, as [`write_file`] does, are no trouble. Where files change under a program that must go on, give
+/// [`read`] the copy that [`read_bytes`] makes. What cannot be mapped (pipes, devices, files of no stated size) is copied.
+///
+/// # Errors
+/// Any [`FileError`] of reading.
+pub fn read_file(path: &Path, options: &ReadOptions) -> Result<ReadOutcome, FileError> {
+    let (file, size) = open(path, &options.limits)?;
+    let outcome = match mapped(&file, size) {
+        Some(map) => read(&map, options),
+        None => read(&copied(file, size, path, &options.limits)?, options),
+    };
+    outcome.map_err(|source| FileError::Syntax { path: path.to_owned(), source: Box::new(source) })
+}
+
+/// Opens what is no folder, and gives its size, which is within the limit.
+fn open(path: &Path, limits: &Limits) -> Result<(File, u64), FileError> {
     let open = |source| FileError::Open { path: path.to_owned(), source };
     let file = File::open(path).map_err(open)?;
     let meta = file.metadata().map_err(open)?;
     if meta.is_dir() {
         return Err(open(io::Error::other("it is a folder")));
     }
-    let check = |size| {
-        let too_large = |exceeded| FileError::TooLarge { path: path.to_owned(), exceeded };
-        limits.check(Limit::FileSize, size).map_err(too_large)
-    };
-    check(meta.len())?;
+    check_size(path, meta.len(), limits)?;
+    Ok((file, meta.len()))
+}
+
+fn check_size(path: &Path, size: u64, limits: &Limits) -> Result<(), FileError> {
+    let too_large = |exceeded| FileError::TooLarge { path: path.to_owned(), exceeded };
+    limits.check(Limit::FileSize, size).map_err(too_large)
+}
+
+/// All bytes to the end, which for a pipe may be beyond its size.
+fn copied(file: File, size: u64, path: &Path, limits: &Limits) -> Result<Vec<u8>, FileError> {
+    let open = |source| FileError::Open { path: path.to_owned(), source };
     let mut bytes = Vec::new();
-    let no_memory = |_| open(io::Error::other(format!("there is no memory for its {} bytes", meta.len())));
-    bytes.try_reserve_exact(usize::try_from(meta.len()).unwrap_or(0)).map_err(no_memory)?;
+    let no_memory = |_| open(io::Error::other(format!("there is no memory for its {size} bytes")));
+    bytes.try_reserve_exact(usize::try_from(size).unwrap_or(0)).map_err(no_memory)?;
+    let mut bytes = in_large_pages(bytes);
     file.take(limits.file_size.saturating_add(1)).read_to_end(&mut bytes).map_err(open)?;
-    check(bytes.len() as u64)?;
+    check_size(path, bytes.len() as u64, limits)?;
     Ok(bytes)
 }
 
-/// Reads a document from a file.
-///
-/// # Errors
-/// Any [`FileError`] of reading.
-pub fn read_file(path: &Path, options: &ReadOptions) -> Result<ReadOutcome, FileError> {
-    let bytes = read_bytes(path, &options.limits)?;
-    read(&bytes, options).map_err(|source| FileError::Syntax { path: path.to_owned(), source: Box::new(source) })
+/// A map of the file, where it has a size and the system can map it.
+fn mapped(file: &File, size: u64) -> Option<Mmap> {
+    let length = usize::try_from(size).ok().filter(|length| *length > 0)?;
+    #[expect(unsafe_code, reason = "copying a large file takes as long as reading what is in it")]
+    // SAFETY: the map is only read, and lives no longer than the call of `read`, whose accesses are all within it whatever the bytes
+    // are. Nobody can promise that no other program changes them; `read_file` says what then happens.
+    unsafe { MmapOptions::new().len(length).populate().map(file) }.ok()
 }
 
 /// Writes a document to a file, whole or not at all.

@@ -13,6 +13,7 @@ pub mod check;
 mod diagnostics;
 pub mod document;
 mod file;
+mod large_pages;
 mod limits;
 pub mod meaning;
 mod nearest;

@@ -410,3 +410,30 @@ fn a_line_of_two_gigabytes() {
     let outcome = read(&text, &options).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(outcome.document.objects()[0].vertices.len(), count);
 }
+
+/// A file is mapped where it can be, and read otherwise: with the same result.
+#[test]
+fn files_that_cannot_be_mapped_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.aam");
+    std::fs::write(&path, b"").unwrap();
+    let error = aam::read_file(&path, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("MATERIALS"), "{error}");
+    let error = aam::read_file(folder.path(), &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("folder"), "{error}");
+    #[cfg(unix)]
+    {
+        let source =
+            b"MATERIALS\nMatCount: 0\nENDMATERIALS\nGEOMETRY\nNObj: 0\nNFrames: 0\nAnimation_mode: None\nENDGEOMETRY\n";
+        std::fs::write(&path, source).unwrap();
+        let pipe = folder.path().join("pipe.aam");
+        assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let writer = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || std::fs::write(pipe, source)
+        });
+        let piped = aam::read_file(&pipe, &ReadOptions::default()).unwrap();
+        writer.join().unwrap().unwrap();
+        assert!(piped == aam::read_file(&path, &ReadOptions::default()).unwrap());
+    }
+}

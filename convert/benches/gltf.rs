@@ -2,12 +2,13 @@
 //! gltf crate. The ratio says what a faithful conversion costs on top: checks, world coordinates, the recovery of
 //! smoothing groups, materials, and writing.
 
+#[path = "../../aam/benches/grid/mod.rs"]
+mod grid;
+
 use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use aam::Document;
-use aam::document::{Faces, Frame, Geometry, Group, Object, TexCounts, Triangle};
 use aam_convert::{Asset, ConvertOptions, ExportOptions, ImportOptions, Silent, convert, export, import};
 
 /// Vertices along each side of the large grid: 250,000 vertices, 498,002 triangles.
@@ -17,7 +18,8 @@ const RUNS: usize = 7;
 fn main() {
     let folder = tempfile::tempdir().expect("a folder for the benchmark");
     let large = folder.path().join("grid.glb");
-    export(&Asset { document: grid(), ..Asset::default() }, &large, &ExportOptions::default()).expect("writable");
+    let document = grid::grid(SIDE, None);
+    export(&Asset { document, ..Asset::default() }, &large, &ExportOptions::default()).expect("writable");
     let crate_model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/assets/crate.gltf");
     println!(
         "{:<24}{:>12}{:>12}{:>12}{:>10}{:>10}",
@@ -95,35 +97,4 @@ fn load(path: &Path) -> f64 {
         sum += indices.into_iter().flatten().map(f64::from).sum::<f64>();
     }
     sum
-}
-
-/// A smooth height field with one texture coordinate for each vertex.
-fn grid() -> Document {
-    let at = |i: usize| i as f32 / (SIDE - 1) as f32;
-    let mut object = Object { name: "grid".into(), parent: -1, material: -1, ..Object::default() };
-    let mut faces = Faces { tex_counts: TexCounts::Uniform(1), ..Faces::default() };
-    for y in 0..SIDE {
-        for x in 0..SIDE {
-            let (u, v) = (at(x), at(y));
-            object.vertices.push([u * 100.0, v * 100.0, (u * 17.0).sin() * (v * 13.0).cos()]);
-            faces.tex_coords.push([u, v]);
-        }
-    }
-    for y in 0..SIDE - 1 {
-        for x in 0..SIDE - 1 {
-            let a = (y * SIDE + x) as u32;
-            let (b, c, d) = (a + 1, a + SIDE as u32, a + SIDE as u32 + 1);
-            for vertices in [[a, b, d], [a, d, c]] {
-                faces.triangles.push(Triangle { vertices, smoothing: 1 });
-                faces.tex_indices.push(vertices);
-            }
-        }
-    }
-    faces.groups.push(Group { id: 0, triangles: faces.triangles.len() });
-    object.faces = Some(faces);
-    let frames = vec![Frame { objects: vec![object], ..Frame::default() }];
-    Document {
-        geometry: Geometry { smoothing_groups: true, animation_frames: 1, frames, ..Geometry::default() },
-        ..Document::default()
-    }
 }

@@ -36,7 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn subject(path: &Path) -> Result<Subject, LabError> {
-    let (scene, camera) = load(path)?;
+    let (mut scene, camera) = load(path)?;
+    scene.shadows = None;
     let camera = camera.unwrap_or_else(|| scene.fitting_camera(4.0 / 3.0));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name = stem.trim_end_matches(".scene").to_owned();

@@ -22,7 +22,8 @@ fn main() -> Result<(), LabError> {
     let mut renderer = Renderer::new(Gpu::headless()?);
     println!("{:32} {:>8} {:>8} {:>8} {:>9} {:>4}", "file", "FLIP", "p95", "p99", "over 24", "max");
     for path in arguments.map(PathBuf::from) {
-        let (scene, camera) = load(&path)?;
+        let (mut scene, camera) = load(&path)?;
+        scene.shadows = None;
         let view = View {
             camera: camera.unwrap_or_else(|| scene.fitting_camera(4.0 / 3.0)),
             width: 640,

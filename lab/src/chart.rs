@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use crate::shadows::pareto;
 use crate::study::{Row, Study};
 
 /// A panel's plotting area in pixels, and what surrounds it.
@@ -11,17 +12,129 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 22.0;
 const TOP: f64 = 94.0;
 const BOTTOM: f64 = 74.0;
+/// A row of the legend.
+const LEGEND: f64 = 18.0;
 
 const INK: &str = "#222";
 const FAINT: &str = "#ddd";
 const DOT: &str = "#2a6fb0";
 const FRONT: &str = "#d1495b";
 
+/// Dots that show cost and error.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    /// What it shows.
+    pub title: String,
+    /// What is to the right, on a logarithmic scale.
+    pub x_label: String,
+    /// What is upwards.
+    pub y_label: String,
+    /// The dots.
+    pub dots: Vec<Dot>,
+}
+
+/// A cost and an error.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Dot {
+    /// What it stands for.
+    pub label: String,
+    /// Dots of a group have one colour; where all are of one, there is no legend.
+    pub group: String,
+    /// The cost.
+    pub x: f64,
+    /// First and third quartile of the cost.
+    pub x_quartiles: [f64; 2],
+    /// The error.
+    pub y: f64,
+}
+
 /// One panel for each scene: GPU time to the right, mean FLIP difference upwards, one dot for each variant, and a line
 /// through the variants that no other beats in both.
 pub fn cost_and_error(study: &Study) -> String {
-    let scenes = study.scenes();
-    let width = (LEFT + WIDTH + RIGHT) * scenes.len().max(1) as f64;
+    let panels = study.scenes().into_iter().map(|scene| {
+        let rows = study.rows.iter().filter(|row| row.scene == scene);
+        Panel {
+            title: scene.into(),
+            x_label: "GPU time of a frame, ms (logarithmic)".into(),
+            y_label: "mean FLIP difference".into(),
+            dots: rows.map(dot).collect(),
+        }
+    });
+    sheet(&study.title, &[study.machine.clone(), study.method.clone()], &panels.collect::<Vec<_>>())
+}
+
+fn dot(row: &Row) -> Dot {
+    Dot {
+        label: row.variant.clone(),
+        group: String::new(),
+        x: row.gpu_ms,
+        x_quartiles: row.gpu_quartiles,
+        y: row.flip_mean,
+    }
+}
+
+/// A sheet with a title, lines that say how it was measured, and panels beside each other.
+pub fn sheet(title: &str, notes: &[String; 2], panels: &[Panel]) -> String {
+    let mut groups: Vec<&str> = panels.iter().flat_map(|panel| &panel.dots).map(|dot| dot.group.as_str()).collect();
+    groups.sort_unstable();
+    groups.dedup();
+    let width = (LEFT + WIDTH + RIGHT) * panels.len().max(1) as f64;
+    let each_row = ((width - 2.0 * RIGHT) / 92.0).max(1.0) as usize;
+    let legend = if groups.len() > 1 { groups.len().div_ceil(each_row) as f64 * LEGEND } else { 0.0 };
+    let height = TOP + HEIGHT + BOTTOM + legend;
+    let mut svg = String::new();
+    let _ = writeln!(
+        svg,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"11\" fill=\"{INK}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
+    );
+    text(&mut svg, (LEFT, 22.0), "start", "font-size=\"15\" font-weight=\"bold\"", title);
+    text(&mut svg, (LEFT, 40.0), "start", "fill=\"#666\"", &notes[0]);
+    text(&mut svg, (LEFT, 55.0), "start", "fill=\"#666\"", &notes[1]);
+    for (index, panel) in panels.iter().enumerate() {
+        let _ = writeln!(svg, "<g transform=\"translate({},{TOP})\">", LEFT + (LEFT + WIDTH + RIGHT) * index as f64);
+        draw(&mut svg, panel, &groups);
+        svg.push_str("</g>\n");
+    }
+    if groups.len() > 1 {
+        for (index, group) in groups.iter().enumerate() {
+            let (x, y) = (RIGHT + 92.0 * (index % each_row) as f64, (index / each_row) as f64 * LEGEND);
+            let y = TOP + HEIGHT + BOTTOM - 26.0 + y;
+            let _ = writeln!(
+                svg,
+                "<rect x=\"{x}\" y=\"{}\" width=\"9\" height=\"9\" fill=\"{}\"/>",
+                y - 9.0,
+                color(group, &groups)
+            );
+            text(&mut svg, (x + 13.0, y), "start", "", group);
+        }
+    }
+    let foot = if groups.len() > 1 {
+        "Down and to the left is better. Whiskers: half of the frames lie between. Ringed: beaten by no other in both."
+    } else {
+        "Down and to the left is better. Whiskers: half of the frames lie between. Red: beaten by no other in both."
+    };
+    text(&mut svg, (LEFT, height - 12.0), "start", "fill=\"#666\"", foot);
+    svg.push_str("</svg>\n");
+    svg
+}
+
+/// Points that belong together, such as a technique over its parameter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// What they are.
+    pub name: String,
+    /// Label, cost and error of each, in the order that a line joins them.
+    pub points: Vec<(String, f64, f64)>,
+}
+
+/// Colours of series.
+const SERIES: [&str; 4] = [DOT, FRONT, "#3a9a5b", "#8a5cb8"];
+
+/// One panel for each named set of series, logarithmic on both axes: cost to the right, error upwards. Points whose cost or
+/// error is not above 0 are left out.
+pub fn series(title: &str, notes: [&str; 2], panels: &[(&str, [&str; 2], Vec<Series>)]) -> String {
+    let width = (LEFT + WIDTH + RIGHT) * panels.len().max(1) as f64;
     let height = TOP + HEIGHT + BOTTOM;
     let mut svg = String::new();
     let _ = writeln!(
@@ -29,32 +142,83 @@ pub fn cost_and_error(study: &Study) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
          font-family=\"sans-serif\" font-size=\"11\" fill=\"{INK}\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>"
     );
-    text(&mut svg, (LEFT, 22.0), "start", "font-size=\"15\" font-weight=\"bold\"", &study.title);
-    text(&mut svg, (LEFT, 40.0), "start", "fill=\"#666\"", &study.machine);
-    text(&mut svg, (LEFT, 55.0), "start", "fill=\"#666\"", &study.method);
-    for (index, scene) in scenes.iter().enumerate() {
-        let rows: Vec<&Row> = study.rows.iter().filter(|row| row.scene == *scene).collect();
+    text(&mut svg, (LEFT, 22.0), "start", "font-size=\"15\" font-weight=\"bold\"", title);
+    text(&mut svg, (LEFT, 40.0), "start", "fill=\"#666\"", notes[0]);
+    text(&mut svg, (LEFT, 55.0), "start", "fill=\"#666\"", notes[1]);
+    for (index, (name, axes, lines)) in panels.iter().enumerate() {
         let _ = writeln!(svg, "<g transform=\"translate({},{TOP})\">", LEFT + (LEFT + WIDTH + RIGHT) * index as f64);
-        panel(&mut svg, scene, &rows);
+        series_panel(&mut svg, name, axes, lines);
         svg.push_str("</g>\n");
     }
-    text(
-        &mut svg,
-        (LEFT, height - 12.0),
-        "start",
-        "fill=\"#666\"",
-        "Down and to the left is better. Whiskers: half of the frames lie between. Red: beaten by no other in both.",
-    );
+    text(&mut svg, (LEFT, height - 12.0), "start", "fill=\"#666\"", "Down and to the left is better.");
     svg.push_str("</svg>\n");
     svg
 }
 
-fn panel(svg: &mut String, title: &str, rows: &[&Row]) {
-    let times = rows.iter().flat_map(|row| [row.gpu_quartiles[0], row.gpu_ms, row.gpu_quartiles[1]]);
-    let x = Axis::logarithmic(times, WIDTH);
-    let y = Axis::linear(rows.iter().map(|row| row.flip_mean), HEIGHT);
-    let place = |row: &Row| (x.place(row.gpu_ms), HEIGHT - y.place(row.flip_mean));
+fn series_panel(svg: &mut String, title: &str, [across, up]: &[&str; 2], lines: &[Series]) {
+    let shown = |series: &Series| {
+        let points = series.points.iter().filter(|(_, cost, error)| *cost > 0.0 && *error > 0.0);
+        points.cloned().collect::<Vec<(String, f64, f64)>>()
+    };
+    let all: Vec<(String, f64, f64)> = lines.iter().flat_map(shown).collect();
+    let x = Axis::logarithmic(all.iter().map(|(_, cost, _)| *cost), WIDTH);
+    let y = Axis::logarithmic(all.iter().map(|(_, _, error)| *error), HEIGHT);
     text(svg, (0.0, -10.0), "start", "font-size=\"13\" font-weight=\"bold\"", title);
+    for (value, label) in x.ticks().into_iter().filter(|(value, _)| is_sparse(*value, &x)) {
+        let at = x.place(value);
+        line(svg, [(at, 0.0), (at, HEIGHT)], FAINT);
+        text(svg, (at, HEIGHT + 15.0), "middle", "", &label);
+    }
+    for (value, label) in y.ticks().into_iter().filter(|(value, _)| is_sparse(*value, &y)) {
+        let at = HEIGHT - y.place(value);
+        line(svg, [(0.0, at), (WIDTH, at)], FAINT);
+        text(svg, (-6.0, at + 4.0), "end", "", &label);
+    }
+    line(svg, [(0.0, 0.0), (0.0, HEIGHT)], INK);
+    line(svg, [(0.0, HEIGHT), (WIDTH, HEIGHT)], INK);
+    text(svg, (0.5 * WIDTH, HEIGHT + 32.0), "middle", "", across);
+    text(svg, (-50.0, 0.5 * HEIGHT), "middle", &format!("transform=\"rotate(-90 -50 {})\"", 0.5 * HEIGHT), up);
+    let dots: Vec<(f64, f64)> = all.iter().map(|(_, cost, error)| (x.place(*cost), HEIGHT - y.place(*error))).collect();
+    let mut labels: Vec<(f64, f64, f64)> = Vec::new();
+    for (index, series) in lines.iter().enumerate() {
+        let color = SERIES[index % SERIES.len()];
+        let points = shown(series);
+        let places: Vec<(f64, f64)> =
+            points.iter().map(|(_, cost, error)| (x.place(*cost), HEIGHT - y.place(*error))).collect();
+        let path: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let _ = writeln!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"{color}\"/>", path.join(" "));
+        for ((label, ..), (cx, cy)) in points.iter().zip(&places) {
+            let _ = writeln!(svg, "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"3.5\" fill=\"{color}\"/>");
+            let place = label_place(label, (*cx, *cy), &dots, &labels);
+            text(svg, (place.0, place.1 + 4.0), "start", &format!("font-size=\"10\" fill=\"{color}\""), label);
+            labels.push(place);
+        }
+        let at = (WIDTH - 4.0, 12.0 + 14.0 * index as f64);
+        text(svg, at, "end", &format!("fill=\"{color}\" font-weight=\"bold\""), &series.name);
+    }
+}
+
+/// Whether a tick is worth its room: over several powers of ten only the powers are.
+fn is_sparse(value: f64, axis: &Axis) -> bool {
+    axis.end / axis.begin < 150.0 || (value.log10() - value.log10().round()).abs() < 1e-6
+}
+
+/// A group's colour: hues far apart for neighbours in the list.
+fn color(group: &str, groups: &[&str]) -> String {
+    let Some(index) = groups.iter().position(|known| *known == group).filter(|_| groups.len() > 1) else {
+        return DOT.into();
+    };
+    let hue = (index as f64 * 137.508) % 360.0;
+    format!("hsl({hue:.0},65%,{}%)", 38 + 12 * (index % 2))
+}
+
+fn draw(svg: &mut String, panel: &Panel, groups: &[&str]) {
+    let Panel { dots, .. } = panel;
+    let times = dots.iter().flat_map(|dot| [dot.x_quartiles[0], dot.x, dot.x_quartiles[1]]);
+    let x = Axis::logarithmic(times, WIDTH);
+    let y = Axis::linear(dots.iter().map(|dot| dot.y), HEIGHT);
+    let place = |dot: &Dot| (x.place(dot.x), HEIGHT - y.place(dot.y));
+    text(svg, (0.0, -10.0), "start", "font-size=\"13\" font-weight=\"bold\"", &panel.title);
     for (value, label) in x.ticks() {
         let at = x.place(value);
         line(svg, [(at, 0.0), (at, HEIGHT)], FAINT);
@@ -67,33 +231,42 @@ fn panel(svg: &mut String, title: &str, rows: &[&Row]) {
     }
     line(svg, [(0.0, 0.0), (0.0, HEIGHT)], INK);
     line(svg, [(0.0, HEIGHT), (WIDTH, HEIGHT)], INK);
-    text(svg, (0.5 * WIDTH, HEIGHT + 32.0), "middle", "", "GPU time of a frame, ms (logarithmic)");
+    text(svg, (0.5 * WIDTH, HEIGHT + 32.0), "middle", "", &panel.x_label);
     let turned = format!("transform=\"rotate(-90 -46 {})\"", 0.5 * HEIGHT);
-    text(svg, (-46.0, 0.5 * HEIGHT), "middle", &turned, "mean FLIP difference");
+    text(svg, (-46.0, 0.5 * HEIGHT), "middle", &turned, &panel.y_label);
 
-    let front = pareto_front(rows);
-    let points: Vec<String> = front.iter().map(|row| place(row)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+    let front = pareto(dots.iter().map(|dot| (dot.x, dot.y)));
+    let points: Vec<String> =
+        front.iter().map(|index| place(&dots[*index])).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
     let _ = writeln!(
         svg,
         "<polyline points=\"{}\" fill=\"none\" stroke=\"{FRONT}\" stroke-width=\"1.5\"/>",
         points.join(" ")
     );
-    let dots: Vec<(f64, f64)> = rows.iter().map(|row| place(row)).collect();
+    let several = groups.len() > 1;
+    let places: Vec<(f64, f64)> = dots.iter().map(place).collect();
     let mut labels: Vec<(f64, f64, f64)> = Vec::new();
-    for (row, (cx, cy)) in rows.iter().zip(&dots) {
-        let [low, high] = row.gpu_quartiles.map(|ms| x.place(ms));
-        let color = if front.iter().any(|best| std::ptr::eq(*best, *row)) { FRONT } else { DOT };
-        line(svg, [(low, *cy), (high, *cy)], color);
+    for (index, (dot, (cx, cy))) in dots.iter().zip(&places).enumerate() {
+        let [low, high] = dot.x_quartiles.map(|ms| x.place(ms));
+        let best = front.contains(&index);
+        let color = if best && !several { FRONT.into() } else { color(&dot.group, groups) };
+        if best || !several {
+            line(svg, [(low, *cy), (high, *cy)], &color);
+        }
+        let radius = if several { 3 } else { 4 };
+        let ring = if best && several { format!(" stroke=\"{FRONT}\" stroke-width=\"1.5\"") } else { String::new() };
         let _ = writeln!(
             svg,
-            "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"4\" fill=\"{color}\"><title>{}: {:.2} ms, FLIP {:.4}</title></circle>",
-            escaped(&row.variant),
-            row.gpu_ms,
-            row.flip_mean
+            "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"{radius}\" fill=\"{color}\"{ring}><title>{}: {:.2} ms, {:.4}</title></circle>",
+            escaped(&dot.label),
+            dot.x,
+            dot.y
         );
-        let label = label_place(&row.variant, (*cx, *cy), &dots, &labels);
-        text(svg, (label.0, label.1 + 4.0), "start", "", &row.variant);
-        labels.push(label);
+        if !several {
+            let label = label_place(&dot.label, (*cx, *cy), &places, &labels);
+            text(svg, (label.0, label.1 + 4.0), "start", "", &dot.label);
+            labels.push(label);
+        }
     }
 }
 
@@ -110,19 +283,6 @@ fn label_place(label: &str, (x, y): (f64, f64), dots: &[(f64, f64)], labels: &[(
         inside && !dot && !other
     };
     places.into_iter().find(is_free).unwrap_or(places[0])
-}
-
-/// The rows that no other row beats or equals in both time and error, by time.
-fn pareto_front<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
-    let mut sorted = rows.to_vec();
-    sorted.sort_by(|a, b| a.gpu_ms.total_cmp(&b.gpu_ms).then(a.flip_mean.total_cmp(&b.flip_mean)));
-    let mut front: Vec<&Row> = Vec::new();
-    for row in sorted {
-        if front.last().is_none_or(|best| row.flip_mean < best.flip_mean) {
-            front.push(row);
-        }
-    }
-    front
 }
 
 /// A scale from values to pixels.
@@ -208,7 +368,8 @@ mod tests {
     fn the_front_leaves_out_what_another_beats() {
         let study = study();
         let rows: Vec<&Row> = study.rows.iter().filter(|row| row.scene == "one").collect();
-        let front: Vec<&str> = pareto_front(&rows).iter().map(|row| row.variant.as_str()).collect();
+        let front = pareto(rows.iter().map(|row| (row.gpu_ms, row.flip_mean)));
+        let front: Vec<&str> = front.into_iter().map(|index| rows[index].variant.as_str()).collect();
         assert_eq!(front, ["a, cheap", "b"]);
     }
 

@@ -23,12 +23,21 @@ pub enum LabError {
     /// The reference could not draw.
     #[error(transparent)]
     Reference(#[from] aam_reference::Error),
+    /// A surface could not be displaced.
+    #[error(transparent)]
+    Displacement(#[from] aam_scene::DisplacementError),
     /// Two pictures could not be compared.
     #[error(transparent)]
     Compare(#[from] crate::metrics::CompareError),
     /// The device has no timestamp queries.
     #[error("the GPU driver cannot tell how long a frame takes (no timestamp queries); nothing can be timed")]
     NoTimestamps,
+    /// A setting cannot be drawn.
+    #[error("it cannot be drawn: {0}")]
+    Refused(String),
+    /// There is nothing to measure.
+    #[error(transparent)]
+    Subject(#[from] crate::shadows::SubjectError),
     /// A report cannot be read.
     #[error(transparent)]
     Report(#[from] crate::report::ReportError),
@@ -40,6 +49,9 @@ pub enum LabError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// A picture cannot be put into a page.
+    #[error("a picture cannot be put into the page: {0}")]
+    Embed(String),
     /// A picture cannot be encoded.
     #[error("{}: cannot write the picture: {reason}", path.display())]
     Encode {

@@ -100,7 +100,7 @@ fn quoted(text: &str) -> String {
 }
 
 /// The fields of a line; a comma in quotes does not end one.
-fn fields(line: &str) -> Vec<String> {
+pub(crate) fn fields(line: &str) -> Vec<String> {
     let mut fields = vec![String::new()];
     let mut inside = false;
     let mut characters = line.chars().peekable();

@@ -125,19 +125,25 @@ fn measure(
         })
         .filter(|(_, limits)| !matches!(limits, Limits::Refuses(_)))
         .collect();
+    let scene = |variant: &Variant| {
+        let mut scene = subject.scene.clone();
+        technique.apply(variant, &mut scene);
+        scene
+    };
+    let scenes: Vec<Scene> = variants.iter().map(|(variant, _)| scene(variant)).collect();
     let mut pictures = Vec::new();
-    for (variant, _) in &variants {
+    for ((variant, _), scene) in variants.iter().zip(&scenes) {
         for _ in 1..WARM_UP {
-            renderer.render_to_image(&subject.scene, &subject.view, &variant.options)?;
+            renderer.render_to_image(scene, &subject.view, &variant.options)?;
         }
-        pictures.push(renderer.render_to_image(&subject.scene, &subject.view, &variant.options)?.0);
+        pictures.push(renderer.render_to_image(scene, &subject.view, &variant.options)?.0);
     }
     // In turn, so that whatever else the machine does meets all variants alike.
     let mut times = vec![Vec::new(); variants.len()];
     for _ in 0..frames.max(1) {
-        for ((variant, _), times) in variants.iter().zip(&mut times) {
+        for (((variant, _), scene), times) in variants.iter().zip(&scenes).zip(&mut times) {
             let options = RenderOptions { gpu_timing: true, ..variant.options.clone() };
-            let (_, stats) = renderer.render_to_image(&subject.scene, &subject.view, &options)?;
+            let (_, stats) = renderer.render_to_image(scene, &subject.view, &options)?;
             times.push(stats.gpu_ms().ok_or(LabError::NoTimestamps)?);
         }
     }

@@ -14,8 +14,16 @@ pub trait Technique {
     /// What its chart shows, in a sentence without a full stop.
     fn title(&self) -> &'static str;
 
-    /// The parameter sets to try, each with the renderer's options for it.
+    /// What can be set.
+    fn parameters(&self) -> Vec<Parameter> {
+        Vec::new()
+    }
+
+    /// The parameter sets to try, each with the renderer's options for it; those that matter most stand first.
     fn variants(&self) -> Vec<Variant>;
+
+    /// Puts a parameter set into the scene, where it is not the renderer's options that hold it.
+    fn apply(&self, _variant: &Variant, _scene: &mut Scene) {}
 
     /// What the truth is drawn with.
     fn truth(&self) -> Options<'static>;
@@ -24,10 +32,21 @@ pub trait Technique {
     fn limits(&self, variant: &Variant, scene: &Scene, view: &View) -> Limits;
 }
 
+/// A parameter of a technique.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// Its name in files, flags and charts.
+    pub key: &'static str,
+    /// What it means, in a line.
+    pub meaning: &'static str,
+    /// The values that it may have, in words.
+    pub range: String,
+}
+
 /// One choice of a technique's parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variant {
-    /// Parameters and values in a few characters, such as `MSAA 4`.
+    /// Parameters and values in a few characters, such as `MSAA 4`; no other variant of the technique has the same.
     pub label: String,
     /// The renderer's options.
     pub options: RenderOptions,

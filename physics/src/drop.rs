@@ -334,7 +334,7 @@ mod tests {
     fn a_filled_hole_is_an_error() {
         // A frame of four bars, and the block that fills it.
         let bar = |center: [f32; 3], half: [f32; 3]| Primitive::Box { center, orientation: [0.0; 4], half };
-        let bars = vec![
+        let bars = [
             bar([0.0, 0.8, 0.0], [1.0, 0.2, 0.2]),
             bar([0.0, -0.8, 0.0], [1.0, 0.2, 0.2]),
             bar([0.8, 0.0, 0.0], [0.2, 0.6, 0.2]),

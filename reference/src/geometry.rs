@@ -7,7 +7,6 @@ use aam_scene::{Mesh, Scene};
 use glam::{Affine3A, Mat3, Vec3};
 
 use crate::bvh::{Bvh, Ray};
-use crate::frame;
 use crate::options::Error;
 use crate::surface::{Surface, Surfaces};
 use crate::{MAX_COORDINATE, MAX_TRIANGLES};
@@ -18,6 +17,8 @@ const HITS: usize = 16;
 /// A mesh in its place.
 #[derive(Debug)]
 pub(crate) struct Instance<'a> {
+    /// Position in the scene's list of nodes.
+    pub(crate) node: u32,
     pub(crate) mesh: &'a Mesh,
     pub(crate) normals: Arc<Cow<'a, [Vec3]>>,
     /// Normals of the object to the world: the inverse transpose, up to a positive factor.
@@ -30,13 +31,13 @@ pub(crate) struct Instance<'a> {
 type Shared<'a> = (usize, Arc<Cow<'a, [Vec3]>>);
 
 impl<'a> Instance<'a> {
-    fn new(mesh: &'a Mesh, normals: Arc<Cow<'a, [Vec3]>>, world: &Affine3A) -> Self {
+    fn new(node: usize, mesh: &'a Mesh, normals: Arc<Cow<'a, [Vec3]>>, world: &Affine3A) -> Self {
         let linear = Mat3::from(world.matrix3);
         let Mat3 { x_axis, y_axis, z_axis } = linear;
         // The matrix of cofactors is the inverse transpose times the determinant, and exists for flattened objects too.
         let cofactors = Mat3::from_cols(y_axis.cross(z_axis), z_axis.cross(x_axis), x_axis.cross(y_axis));
         let winding = if linear.determinant() < 0.0 { -1.0 } else { 1.0 };
-        Self { mesh, normals, normal_matrix: cofactors * winding, winding }
+        Self { node: node as u32, mesh, normals, normal_matrix: cofactors * winding, winding }
     }
 }
 
@@ -151,7 +152,7 @@ impl<'a> Geometry<'a> {
         if count > MAX_TRIANGLES {
             return Err(Error::Triangles(count));
         }
-        let world = frame::world_transforms(scene, index);
+        let world = scene.world_transforms_at(index);
         let mut geometry = Self {
             instances: Vec::new(),
             surfaces: Vec::new(),
@@ -170,10 +171,10 @@ impl<'a> Geometry<'a> {
                     let material = scene.materials.get(subset.material.index());
                     geometry.surfaces.push(surfaces.surface(mesh, material));
                 }
-                (first, Arc::new(frame::normals(mesh, index)))
+                (first, Arc::new(mesh.normals_at(index)))
             });
-            let instance = Instance::new(mesh, Arc::clone(normals), &world[node]);
-            geometry.add(instance, frame::positions(mesh, index), &world[node], *first_surface);
+            let instance = Instance::new(node, mesh, Arc::clone(normals), &world[node]);
+            geometry.add(instance, mesh.positions_at(index), &world[node], *first_surface);
         }
         let (bvh, order) = Bvh::build(&geometry.corners);
         geometry.bvh = bvh;

@@ -10,6 +10,7 @@
 //!   the mean over the pixel's true, stretched footprint, which a GPU's mip-mapping blurs where it is seen at a slant.
 //! - Transparency composites all surfaces along each ray in depth order, also where triangles intersect.
 //! - Shadows are rays, without a map's resolution or bias: to the light as a point, or to many points of its extent.
+//! - An environment is integrated over directions chosen anew for each point, not prefiltered.
 //! - Light may bounce between surfaces any number of times.
 //!
 //! [`render`] gives a picture, [`radiance`] the same in floats that are not cut at white, and [`visibility`] the share of
@@ -18,6 +19,7 @@
 mod bvh;
 mod camera;
 mod colour;
+mod display;
 mod extent;
 mod frame;
 mod geometry;
@@ -27,6 +29,7 @@ mod path;
 mod picture;
 mod sampling;
 mod shade;
+mod sky;
 mod surface;
 mod texture;
 mod tracer;
@@ -35,11 +38,12 @@ mod work;
 
 use std::time::Instant;
 
-use aam_scene::{Image, Pixels, Scene, Shading, View};
+use aam_scene::{Image, Pixels, Scene, Shading, View, displacement};
 use glam::{Vec2, Vec4};
 
 use crate::bvh::Ray;
 use crate::camera::RayMaker;
+use crate::display::Display;
 use crate::geometry::Hits;
 use crate::picture::Backdrop;
 use crate::sampling::Points;
@@ -58,6 +62,9 @@ pub const MAX_SAMPLES: u32 = 4096;
 
 /// The most shadow rays from one point to one light.
 pub const MAX_LIGHT_SAMPLES: u32 = 1 << 16;
+
+/// The most directions in which an environment is looked at from one point.
+pub const MAX_ENVIRONMENT_SAMPLES: u32 = 1 << 16;
 
 /// The most reflections between surfaces.
 pub const MAX_BOUNCES: u32 = 1024;
@@ -94,45 +101,62 @@ pub struct Radiance {
 /// The size, an option or the camera cannot be used, or the scene is too large.
 pub fn render(scene: &Scene, view: &View, options: &Options<'_>) -> Result<(Image, Stats), Error> {
     // Samples of bounced light vary, and cutting each at white would darken their mean.
-    let clamp = options.bounces == 0;
-    let (bytes, stats) = draw(scene, view, options, clamp, |(color, _), shading| picture::to_bytes(color, shading))?;
+    let shown = if options.bounces == 0 { Shown::Samples } else { Shown::Means };
+    let (bytes, stats) = draw(scene, view, options, shown, |(color, _), shading| picture::to_bytes(color, shading))?;
     let pixels = Pixels::Rgba8(bytes.into_flattened());
     Ok((Image { width: view.width, height: view.height, pixels }, stats))
 }
 
-/// Draws one view of a scene in floats. Surfaces are not clamped to `[0, 1]`, otherwise it is the picture of [`render`].
+/// Draws one view of a scene in floats. Surfaces and sky box are not exposed, tone mapped and clamped to `[0, 1]`,
+/// otherwise it is the picture of [`render`].
 ///
 /// # Errors
 /// As for [`render`].
 pub fn radiance(scene: &Scene, view: &View, options: &Options<'_>) -> Result<(Radiance, Stats), Error> {
-    let (pairs, stats) = draw(scene, view, options, false, |pixel, _| pixel)?;
+    let (pairs, stats) = draw(scene, view, options, Shown::Nothing, |pixel, _| pixel)?;
     let (pixels, standard_error) = pairs.into_iter().unzip();
     Ok((Radiance { width: view.width, height: view.height, pixels, standard_error }, stats))
+}
+
+/// What is exposed and tone mapped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shown {
+    /// Nothing: light stays light.
+    Nothing,
+    /// Each surface that a camera ray meets.
+    Samples,
+    /// The mean of a pixel's surfaces.
+    Means,
 }
 
 fn draw<T: Copy + Default + Send>(
     scene: &Scene,
     view: &View,
     options: &Options<'_>,
-    clamp: bool,
+    shown: Shown,
     convert: impl Fn((Vec4, f32), Shading) -> T + Sync,
 ) -> Result<(Vec<T>, Stats), Error> {
     work::with_threads(options, || {
         let rays = RayMaker::new(view)?;
         let start = Instant::now();
-        let world = World::new(scene, view, options)?;
+        let (scene, _) = displacement::displaced(scene, view, options.displacement)?;
+        let world = World::new(&scene, view, options)?;
         if options.bounces > 0 && world.shading == Shading::Source {
             return Err(Error::BouncesInSource);
         }
         let shader = world.shader(options);
-        let backdrop = Backdrop::new(options.background.as_ref().unwrap_or(&scene.background), world.shading);
+        let background = options.background.as_ref().unwrap_or(&scene.background);
+        let display = Display::new(&scene);
+        let sky_display = (shown != Shown::Nothing).then_some(display);
+        let backdrop = Backdrop::new(background, world.shading, world.sky.as_ref(), sky_display);
         let mut stats = world.stats(start.elapsed());
         let start = Instant::now();
         let pattern = camera::sample_pattern(options.samples_per_pixel);
         let points = Points::new(options.seed);
         let (pixels, counts) = each_pixel(view, options.progress, |x, y, counts| {
             let points = points.of(y as u32 * view.width + x as u32);
-            let pixel = Pixel { rays: &rays, shader: &shader, backdrop: &backdrop, pattern: &pattern, points, clamp };
+            let pixel =
+                Pixel { rays: &rays, shader: &shader, backdrop: &backdrop, pattern: &pattern, points, display, shown };
             convert(pixel.color(x, y, counts), world.shading)
         });
         stats.camera_rays = pattern.len() as u64 * u64::from(view.width) * u64::from(view.height);
@@ -146,10 +170,11 @@ fn draw<T: Copy + Default + Send>(
 struct Pixel<'a> {
     rays: &'a RayMaker,
     shader: &'a Shader<'a>,
-    backdrop: &'a Backdrop,
+    backdrop: &'a Backdrop<'a>,
     pattern: &'a [Vec2],
     points: Points,
-    clamp: bool,
+    display: Display,
+    shown: Shown,
 }
 
 impl Pixel<'_> {
@@ -157,21 +182,26 @@ impl Pixel<'_> {
     /// error.
     fn color(&self, x: usize, y: usize, counts: &Counts) -> (Vec4, f32) {
         let corner = Vec2::new(x as f32, y as f32);
-        let (mut sum, mut greys, mut squares) = (Vec4::ZERO, 0.0, 0.0);
+        let (mut surfaces, mut behind, mut greys, mut squares) = (Vec4::ZERO, Vec4::ZERO, 0.0, 0.0);
         for (index, offset) in (0..).zip(self.pattern) {
-            let color = self.sample(corner + offset, &Sample { points: self.points, index, counts });
-            let grey = f64::from(color.truncate().element_sum()) / 3.0;
-            sum += color;
+            let (color, back) = self.sample(corner + offset, &Sample { points: self.points, index, counts });
+            let grey = f64::from((color + back).truncate().element_sum()) / 3.0;
+            surfaces += color;
+            behind += back;
             greys += grey;
             squares += grey * grey;
         }
         let count = self.pattern.len() as f64;
         let variance = (squares - greys * greys / count).max(0.0) / (count * (count - 1.0).max(1.0));
-        (sum / count as f32, variance.sqrt() as f32)
+        let mut mean = surfaces / count as f32;
+        if self.shown == Shown::Means && mean.w > 0.0 {
+            mean = (self.display.apply(mean.truncate() / mean.w) * mean.w).extend(mean.w);
+        }
+        (mean + behind / count as f32, variance.sqrt() as f32)
     }
 
-    /// What one ray sees: surfaces front to back, then the background.
-    fn sample(&self, at: Vec2, sample: &Sample<'_>) -> Vec4 {
+    /// What one ray sees: surfaces front to back, and the background.
+    fn sample(&self, at: Vec2, sample: &Sample<'_>) -> (Vec4, Vec4) {
         let footprint = 1.0 / (self.pattern.len() as f32).sqrt();
         let camera_ray = self.rays.ray(at);
         let ray = Ray::new(camera_ray.origin, camera_ray.direction);
@@ -184,17 +214,17 @@ impl Pixel<'_> {
             for hit in hits.as_slice() {
                 let Some(vertex) = self.shader.seen(&camera_ray, hit, footprint) else { continue };
                 let color = self.shader.outgoing(&vertex, sample, 0) + self.shader.bounced(&vertex, sample);
-                let color = if self.clamp { colour::saturate(color) } else { color };
+                let color = if self.shown == Shown::Samples { self.display.apply(color) } else { color };
                 sum += color.extend(1.0) * (vertex.alpha * through);
                 through *= 1.0 - vertex.alpha;
                 // Beyond this nothing changes a byte.
                 if through < 1e-4 {
-                    return sum;
+                    return (sum, Vec4::ZERO);
                 }
             }
             last = hits.as_slice().last().copied();
             if !hits.may_go_on() {
-                return sum + self.backdrop.at(at, self.rays, footprint) * through;
+                return (sum, self.backdrop.at(at, self.rays, footprint) * through);
             }
         }
     }

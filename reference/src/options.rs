@@ -4,7 +4,7 @@ use std::fmt;
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
-use aam_scene::{Background, Shading};
+use aam_scene::{Background, DisplacementError, DisplacementMode, Shading};
 use glam::Vec3;
 use thiserror::Error;
 
@@ -27,14 +27,18 @@ pub struct Options<'a> {
     pub shadows: Option<LightSize>,
     /// Shadow rays to each light that has a size, for each camera ray; 1 to 65,536, best a power of two.
     pub light_samples: u32,
+    /// Directions in which the scene's environment is looked at for each camera ray, diffuse and specular each; 1 to 65,536.
+    pub environment_samples: u32,
     /// How often light may be reflected between surfaces on its way from one that is lit or shines to the one seen: 0 to
     /// 1024. Above 0 the shading must be linear, and bounced light takes the place of the lights' ambient colours.
     pub bounces: u32,
-    /// Radiance that reaches surfaces from where there is no other surface, if light bounces. The camera sees the
-    /// background there all the same.
+    /// Radiance that reaches surfaces from where there is no other surface, if light bounces and the scene has no
+    /// environment of its own. The camera sees the background there all the same.
     pub environment: Vec3,
     /// Chooses among equally good random numbers for lights with a size and for bounces.
     pub seed: u32,
+    /// How displacement maps are drawn: as geometry, which casts shadows too.
+    pub displacement: DisplacementMode,
     /// Replaces [`aam_scene::Scene::shading`].
     pub shading: Option<Shading>,
     /// Replaces [`aam_scene::Scene::background`].
@@ -51,9 +55,11 @@ impl Default for Options<'_> {
             samples_per_pixel: 16,
             shadows: None,
             light_samples: 16,
+            environment_samples: 64,
             bounces: 0,
             environment: Vec3::ZERO,
             seed: 0,
+            displacement: DisplacementMode::default(),
             shading: None,
             background: None,
             threads: None,
@@ -71,6 +77,9 @@ impl Options<'_> {
         if !(1..=crate::MAX_LIGHT_SAMPLES).contains(&self.light_samples) {
             return Err(Error::LightSamples(self.light_samples));
         }
+        if !(1..=crate::MAX_ENVIRONMENT_SAMPLES).contains(&self.environment_samples) {
+            return Err(Error::EnvironmentSamples(self.environment_samples));
+        }
         if self.bounces > crate::MAX_BOUNCES {
             return Err(Error::Bounces(self.bounces));
         }
@@ -84,9 +93,11 @@ impl fmt::Debug for Options<'_> {
             .field("samples_per_pixel", &self.samples_per_pixel)
             .field("shadows", &self.shadows)
             .field("light_samples", &self.light_samples)
+            .field("environment_samples", &self.environment_samples)
             .field("bounces", &self.bounces)
             .field("environment", &self.environment)
             .field("seed", &self.seed)
+            .field("displacement", &self.displacement)
             .field("shading", &self.shading)
             .field("background", &self.background)
             .field("threads", &self.threads)
@@ -143,6 +154,9 @@ pub enum Error {
     /// The number of shadow rays is out of range.
     #[error("{0} shadow rays to a light cannot be drawn: use 1 to {limit}", limit = crate::MAX_LIGHT_SAMPLES)]
     LightSamples(u32),
+    /// The number of directions into the environment is out of range.
+    #[error("{0} directions into the environment cannot be drawn: use 1 to {limit}", limit = crate::MAX_ENVIRONMENT_SAMPLES)]
+    EnvironmentSamples(u32),
     /// The number of bounces is out of range.
     #[error("{0} bounces cannot be drawn: use 0 to {limit}", limit = crate::MAX_BOUNCES)]
     Bounces(u32),
@@ -155,6 +169,9 @@ pub enum Error {
     /// More triangles than can be numbered.
     #[error("the scene has {0} triangles, counting every instance; at most {limit} can be drawn", limit = crate::MAX_TRIANGLES)]
     Triangles(usize),
+    /// A displaced mesh cannot be drawn.
+    #[error(transparent)]
+    Displacement(#[from] DisplacementError),
     /// More lights than the renderer takes.
     #[error("the scene has {0} lights; at most {limit} can be drawn", limit = crate::MAX_LIGHTS)]
     Lights(usize),

@@ -21,7 +21,7 @@ impl<'a> Shader<'a> {
             through *= weight;
             count(&sample.counts.bounce_rays);
             let Some(vertex) = self.meet(&spot, direction, sample, depth) else {
-                return sum + through * self.environment;
+                return sum + through * self.sky.map_or(self.environment, |sky| sky.radiance(direction));
             };
             sum += through * self.outgoing(&vertex, sample, depth);
             if depth < self.bounces {

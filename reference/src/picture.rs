@@ -7,17 +7,26 @@ use glam::{Vec2, Vec3, Vec4};
 
 use crate::camera::RayMaker;
 use crate::colour;
+use crate::display::Display;
+use crate::sky::Sky;
 use crate::texture::{Encoding, Texture, Wrap};
 
 /// The background in the values that lighting computes on, multiplied with its alpha.
 #[derive(Debug)]
-pub(crate) enum Backdrop {
+pub(crate) enum Backdrop<'a> {
     Plain(Vec4),
     Picture { texture: Texture, encode: bool },
+    Sky { sky: &'a Sky, display: Option<Display> },
 }
 
-impl Backdrop {
-    pub(crate) fn new(background: &Background, shading: Shading) -> Self {
+impl<'a> Backdrop<'a> {
+    /// `display` is what the sky's light is shown by.
+    pub(crate) fn new(
+        background: &Background,
+        shading: Shading,
+        sky: Option<&'a Sky>,
+        display: Option<Display>,
+    ) -> Self {
         match background {
             Background::Color(color) => {
                 let color = colour::saturate(*color);
@@ -33,6 +42,10 @@ impl Backdrop {
                 let encoding = if linear { Encoding::Srgb } else { Encoding::Stored };
                 Self::Picture { texture: Texture::new(&Arc::clone(image), encoding, Wrap::Clamp), encode }
             }
+            Background::Environment => match sky {
+                Some(sky) => Self::Sky { sky, display },
+                None => Self::new(&Background::default(), shading, None, None),
+            },
             Background::Transparent | Background::Picture(_) => Self::Plain(Vec4::ZERO),
         }
     }
@@ -41,6 +54,10 @@ impl Backdrop {
     pub(crate) fn at(&self, pixel: Vec2, rays: &RayMaker, footprint: f32) -> Vec4 {
         match self {
             Self::Plain(color) => *color,
+            Self::Sky { sky, display } => {
+                let light = sky.radiance(rays.ray(pixel).direction);
+                display.map_or(light, |display| display.apply(light)).extend(1.0)
+            }
             Self::Picture { texture, encode } => {
                 let step = footprint / rays.size;
                 let uv = Vec2::new(pixel.x / rays.size.x, 1.0 - pixel.y / rays.size.y);

@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use aam_scene::Shading;
+use aam_scene::{Shading, SpecularFilter};
 use glam::{Vec2, Vec3, Vec4};
 
 use crate::bvh::Ray;
@@ -12,6 +12,7 @@ use crate::geometry::{Geometry, Hit};
 use crate::light::{Incident, Lamp};
 use crate::options::LightSize;
 use crate::sampling::Points;
+use crate::sky::Sky;
 use crate::surface::{Map, Surface};
 use crate::texture::Texture;
 
@@ -21,6 +22,8 @@ pub(crate) struct Shader<'a> {
     pub(crate) geometry: &'a Geometry<'a>,
     pub(crate) textures: &'a [Texture],
     pub(crate) lamps: &'a [Lamp],
+    pub(crate) sky: Option<&'a Sky>,
+    pub(crate) environment_samples: u32,
     pub(crate) shading: Shading,
     pub(crate) shadows: Option<LightSize>,
     pub(crate) light_samples: u32,
@@ -56,6 +59,11 @@ pub(crate) enum Purpose {
     Choice,
     Transparency(u32),
     Light(usize),
+    /// Of the environment's diffuse or specular light, chosen by the light or by the surface.
+    Environment {
+        specular: bool,
+        by_light: bool,
+    },
 }
 
 impl Sample<'_> {
@@ -65,6 +73,7 @@ impl Sample<'_> {
             Purpose::Direction => 0,
             Purpose::Choice => 1,
             Purpose::Light(light) => 2 + light as u32,
+            Purpose::Environment { specular, by_light } => 96 + 2 * u32::from(specular) + u32::from(by_light),
             Purpose::Transparency(layer) => 128 + layer % 128,
         };
         self.points.point(self.index * of_many.1 + of_many.0, 256 * depth + pair)
@@ -245,6 +254,10 @@ impl<'a> Shader<'a> {
     /// The light of lights that a surface gives back to the viewer, before the texture.
     fn lit(&self, vertex: &Vertex<'_>, sample: &Sample<'_>, depth: u32) -> Vec3 {
         let Vertex { surface, spot, .. } = vertex;
+        if let Some(sky) = self.sky.filter(|sky| sky.is_lighting()) {
+            // Light that bounces finds the sky by itself.
+            return if self.bounces == 0 { self.lit_by_sky(sky, surface, spot, sample) } else { Vec3::ZERO };
+        }
         let mut sum = Vec3::ZERO;
         for (number, lamp) in self.lamps.iter().enumerate() {
             if self.bounces == 0 {
@@ -259,6 +272,29 @@ impl<'a> Shader<'a> {
             } else {
                 sum += lamp.at(spot.point).map_or(Vec3::ZERO, term);
             }
+        }
+        sum
+    }
+
+    /// The environment's light that a surface gives back to the viewer, before the texture.
+    fn lit_by_sky(&self, sky: &Sky, surface: &Surface<'_>, spot: &Spot, sample: &Sample<'_>) -> Vec3 {
+        let mean = |axis: Vec3, exponent: f32, specular: bool| {
+            let many = self.environment_samples;
+            sky.mean(axis, exponent, many, |by_light, index| {
+                sample.one_of((index, many.div_ceil(2)), 0, Purpose::Environment { specular, by_light })
+            })
+        };
+        let mut sum = Vec3::ZERO;
+        if sky.diffuse && surface.diffuse != Vec3::ZERO {
+            sum += surface.diffuse * mean(spot.normal, 1.0, false);
+        }
+        if sky.specular && surface.is_glossy() {
+            let mirrored = (2.0 * spot.normal.dot(spot.view) * spot.normal - spot.view).normalize_or(spot.normal);
+            let light = match sky.filter {
+                SpecularFilter::Mirror => sky.radiance(mirrored),
+                SpecularFilter::Phong => mean(mirrored, surface.exponent, true),
+            };
+            sum += surface.specular * light;
         }
         sum
     }

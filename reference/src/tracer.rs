@@ -1,16 +1,16 @@
 //! Single rays.
 
-use aam_scene::Scene;
+use aam_scene::{NodeId, Scene};
 use glam::Vec3;
 
 use crate::bvh::Ray;
 use crate::frame;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Hits};
 use crate::options::Error;
 use crate::surface::Surfaces;
 
-/// The triangles of a scene at a frame, to be asked with single rays. Both sides of a triangle count, and all of it
-/// whatever its material: transparency and alpha cutoffs are not looked at.
+/// The triangles of a scene at a frame, to be asked with single rays. Both sides of a triangle count, and all of it:
+/// where an alpha cutoff makes holes is not looked at.
 #[derive(Debug)]
 pub struct Tracer<'a>(Geometry<'a>);
 
@@ -42,5 +42,24 @@ impl<'a> Tracer<'a> {
             false
         });
         blocked
+    }
+
+    /// Calls `visit` with the node of each triangle on a ray above 0 and before `distance`, in lengths of `direction`,
+    /// the nearest first, up to and with the first whose material lets nothing through anywhere.
+    pub fn along(&self, origin: Vec3, direction: Vec3, distance: f32, mut visit: impl FnMut(NodeId)) {
+        let ray = Ray::new(origin, direction);
+        let mut hits = Hits::new();
+        let mut last = None;
+        loop {
+            self.0.collect(&ray, (f32::MIN_POSITIVE, distance), last, &mut hits);
+            for hit in hits.as_slice() {
+                let instance = self.0.faces[hit.face as usize].instance;
+                visit(NodeId(self.0.instances[instance as usize].node));
+            }
+            last = hits.as_slice().last().copied();
+            if !hits.may_go_on() {
+                return;
+            }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use aam_scene::{Scene, View};
+use aam_scene::{Scene, View, displacement};
 use glam::Vec2;
 
 use crate::bvh::Ray;
@@ -43,8 +43,8 @@ pub struct Visibility {
 /// The visibility of every light from the nearest surface in the middle of each pixel, without shading. Surfaces that
 /// blend are looked through; those with an alpha cutoff count where they are not cut off.
 ///
-/// Of the options [`Options::light_samples`], rounded up to a multiple of eight, [`Options::seed`], [`Options::threads`]
-/// and [`Options::progress`] matter.
+/// Of the options [`Options::light_samples`], rounded up to a multiple of eight, [`Options::seed`],
+/// [`Options::displacement`], [`Options::threads`] and [`Options::progress`] matter.
 ///
 /// # Errors
 /// As for [`render`](crate::render).
@@ -57,7 +57,8 @@ pub fn visibility(
     with_threads(options, || {
         let rays = RayMaker::new(view)?;
         let start = Instant::now();
-        let world = World::new(scene, view, options)?;
+        let (scene, _) = displacement::displaced(scene, view, options.displacement)?;
+        let world = World::new(&scene, view, options)?;
         let shader = world.shader(options);
         let mut stats = world.stats(start.elapsed());
         let start = Instant::now();

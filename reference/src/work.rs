@@ -3,13 +3,14 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use aam_scene::{Scene, Shading, View};
+use aam_scene::{Background, Scene, Shading, View};
 use rayon::prelude::*;
 
 use crate::geometry::Geometry;
 use crate::light::Lamp;
 use crate::options::{Error, Options, Stats};
 use crate::shade::{Counts, Shader};
+use crate::sky::Sky;
 use crate::surface::Surfaces;
 use crate::texture::Texture;
 use crate::{MAX_LIGHTS, MAX_SIDE, frame};
@@ -34,6 +35,8 @@ pub(crate) struct World<'a> {
     textures: Vec<Texture>,
     lamps: Vec<Lamp>,
     camera_light: bool,
+    /// The environment, if it lights or is seen.
+    pub(crate) sky: Option<Sky>,
     pub(crate) shading: Shading,
 }
 
@@ -53,7 +56,11 @@ impl<'a> World<'a> {
         let lamps = lights.iter().map(|light| Lamp::new(light, middle, up)).collect();
         let mut surfaces = Surfaces::new(scene, shading);
         let geometry = Geometry::new(scene, frame::index(view.frame), &mut surfaces)?;
-        Ok(Self { geometry, textures: surfaces.into_textures(), lamps, camera_light, shading })
+        let seen = *options.background.as_ref().unwrap_or(&scene.background) == Background::Environment;
+        let environment = scene.environment.as_ref().filter(|environment| seen || environment.is_lit_by());
+        let sky = environment.map(|environment| Sky::new(environment, scene.up, shading));
+        let camera_light = camera_light && scene.lighting_environment().is_none();
+        Ok(Self { geometry, textures: surfaces.into_textures(), lamps, camera_light, sky, shading })
     }
 
     pub(crate) fn shader(&self, options: &Options<'_>) -> Shader<'_> {
@@ -61,6 +68,8 @@ impl<'a> World<'a> {
             geometry: &self.geometry,
             textures: &self.textures,
             lamps: &self.lamps,
+            sky: self.sky.as_ref(),
+            environment_samples: options.environment_samples,
             shading: self.shading,
             shadows: options.shadows,
             light_samples: options.light_samples,

@@ -1,12 +1,13 @@
 //! What is behind everything.
 
-use aam_scene::{Background, Pixels};
+use aam_scene::{Background, Pixels, ToneMap};
 use glam::Vec3;
 
+use crate::environment::SkyUniform;
 use crate::lights::color;
 use crate::materials::bind;
 use crate::mips::{Meaning, srgb_decode};
-use crate::pipelines::{PassFormat, PipelineKey};
+use crate::pipelines::{Constants, PassFormat, PipelineKey};
 use crate::shader::Program;
 use crate::textures::TextureTable;
 use crate::upload::Uploader;
@@ -25,7 +26,7 @@ pub(crate) struct Backdrop {
 pub(crate) fn is_opaque(background: &Background, textures: &mut TextureTable) -> bool {
     match background {
         Background::Transparent => false,
-        Background::Color(_) => true,
+        Background::Color(_) | Background::Environment => true,
         Background::Picture(image) => !textures.is_translucent(image),
     }
 }
@@ -38,6 +39,35 @@ fn clear_color(stored: Vec3, linear: bool) -> wgpu::Color {
 }
 
 impl Renderer {
+    /// The sky box.
+    pub(crate) fn sky(
+        &mut self,
+        cube: &wgpu::TextureView,
+        uniform: &SkyUniform,
+        tone_map: ToneMap,
+        pass: PassFormat,
+        uploader: &mut Uploader<'_>,
+    ) -> Result<Backdrop, RenderError> {
+        let constants = Constants { tone_map, ..Constants::default() };
+        let key = PipelineKey { constants, ..PipelineKey::new(Program::Sky, pass) };
+        self.pipelines.ensure(&self.gpu, key, None)?;
+        self.sky_uniform.set(uploader, bytemuck::bytes_of(uniform))?;
+        let sampler = self.environments.sampler(&self.gpu);
+        let layout = self.pipelines.sky_layout(&self.gpu);
+        let group = self.sky_uniform.get().map(|buffer| {
+            self.gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("sky"),
+                layout,
+                entries: &[
+                    bind(0, buffer.as_entire_binding()),
+                    bind(1, wgpu::BindingResource::Sampler(sampler)),
+                    bind(2, wgpu::BindingResource::TextureView(cube)),
+                ],
+            })
+        });
+        Ok(Backdrop { clear: wgpu::Color::TRANSPARENT, picture: group.map(|group| (group, key)) })
+    }
+
     pub(crate) fn backdrop(
         &mut self,
         background: &Background,
@@ -49,6 +79,10 @@ impl Renderer {
         let image = match background {
             Background::Transparent => return Ok(Backdrop { clear: wgpu::Color::TRANSPARENT, picture: None }),
             Background::Color(color) => return Ok(Backdrop { clear: clear_color(*color, linear), picture: None }),
+            // There is none.
+            Background::Environment => {
+                return self.backdrop(&Background::default(), linear, pass, uploader, warnings);
+            }
             Background::Picture(image) => image,
         };
         let meaning = if linear { Meaning::Srgb } else { Meaning::Stored };

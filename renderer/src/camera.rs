@@ -14,7 +14,8 @@ pub(crate) struct FrameUniform {
     pub eye: Vec3,
     normal_length: f32,
     backwards: Vec3,
-    padding: f32,
+    /// Factor for the light of surfaces.
+    pub exposure: f32,
 }
 
 impl FrameUniform {
@@ -32,7 +33,7 @@ impl FrameUniform {
             eye: camera.position,
             normal_length,
             backwards: -view_direction(camera),
-            padding: 0.0,
+            exposure: 1.0,
         })
     }
 }

@@ -4,10 +4,12 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use aam_scene::{Image, Layer, Material, Mesh, NormalSpace, Scene, Subset, TextureLayer};
+use aam_scene::{DisplacementMode, Image, Layer, Material, Mesh, NormalSpace, Scene, Subset, TextureLayer, View};
 use bytemuck::{Pod, Zeroable};
-use glam::{Affine3A, DMat3, Vec3};
+use glam::{Affine3A, DMat3, Mat3, Vec3};
 
+use crate::displacement::{DisplacementTable, Needs, Relief, SurfaceKey};
+use crate::environment::EnvironmentTerms;
 use crate::materials::{GpuMaterial, MaterialSlot, MaterialTable, opacity};
 use crate::meshes::{MeshTable, Stream, ensure_stream};
 use crate::mips::Meaning;
@@ -43,6 +45,15 @@ impl Instance {
     }
 }
 
+impl Instance {
+    /// From its coordinates to the world's.
+    fn world(&self) -> Affine3A {
+        let row = |row: usize| Vec3::from_slice(&self.rows[row][..3]);
+        let translation = Vec3::from_array(self.rows.map(|row| row[3]));
+        Affine3A::from_mat3_translation(Mat3::from_cols(row(0), row(1), row(2)).transpose(), translation)
+    }
+}
+
 /// The inverse transpose up to a positive factor, which exists even if the matrix flattens: its cofactors.
 fn normal_matrix(world: &Affine3A) -> DMat3 {
     let [x, y, z] = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis].map(|axis| axis.as_dvec3());
@@ -67,6 +78,9 @@ pub(crate) struct Batch {
     uv_layers: [u8; 2],
     pub mesh: usize,
     pub subset: u32,
+    /// The displaced surface that is drawn instead of the subset's own triangles.
+    pub displaced: Option<SurfaceKey>,
+    /// Of the mesh itself, displaced or not.
     pub indices: Range<u32>,
     pub instances: Range<u32>,
 }
@@ -100,6 +114,7 @@ fn streams(variant: &Variant, [base, second]: [u8; 2]) -> impl Iterator<Item = S
         Slot::Color => Stream::Color,
         Slot::BaseUv => Stream::Uv(base),
         Slot::SecondUv => Stream::Uv(second),
+        Slot::ReliefUv => Stream::Uv(Layer::Displacement as u8),
     })
 }
 
@@ -121,6 +136,8 @@ pub(crate) struct DrawList {
     /// The node of each instance.
     pub nodes: Vec<u32>,
     pub meshes: Vec<DrawnMesh>,
+    /// Displaced surfaces and the mesh that each is of.
+    pub displaced: Vec<(usize, SurfaceKey)>,
     /// Ordered by pipeline.
     pub opaque: Vec<Batch>,
     /// In scene order.
@@ -138,6 +155,8 @@ pub(crate) struct Mode {
     pub linear: bool,
     /// Some light has a direction.
     pub lit: bool,
+    /// An environment lights instead.
+    pub environment: Option<EnvironmentTerms>,
     /// Some light weakens with distance.
     pub falloff: bool,
     /// Sum of the lights' ambient colours.
@@ -145,6 +164,9 @@ pub(crate) struct Mode {
     pub anisotropy: u16,
     /// Animation frame.
     pub animation_frame: usize,
+    pub displacement: DisplacementMode,
+    /// Edges are drawn over the picture.
+    pub wireframe: bool,
     /// Number of the picture, for the age of resources.
     pub picture: u64,
 }
@@ -155,6 +177,7 @@ pub(crate) struct Tables<'a> {
     pub meshes: &'a mut MeshTable,
     pub textures: &'a mut TextureTable,
     pub materials: &'a mut MaterialTable,
+    pub displacements: &'a mut DisplacementTable,
     pub pipelines: &'a mut Pipelines,
 }
 
@@ -178,15 +201,22 @@ struct Look {
 /// Finds out what a scene draws and puts it on the GPU.
 pub(crate) fn prepare(
     scene: &Scene,
+    view: &View,
     mode: &Mode,
     tables: &mut Tables<'_>,
     uploader: &mut Uploader<'_>,
     warnings: &mut Vec<String>,
 ) -> Result<DrawList, RenderError> {
-    let mut list = place(scene, mode)?;
-    let mut looks: HashMap<(u32, MeshTraits), Option<Look>> = HashMap::new();
-    for drawn in &list.meshes {
+    let mut list = place(scene, mode.animation_frame)?;
+    let mut looks: HashMap<(u32, MeshTraits, [u32; 2]), Option<Look>> = HashMap::new();
+    tables.displacements.begin();
+    for drawn in list.meshes.clone() {
         let mesh = &scene.meshes[drawn.mesh];
+        let placed = &list.instances[drawn.instances.start as usize..drawn.instances.end as usize];
+        let world: Vec<Affine3A> = match mode.displacement {
+            DisplacementMode::Adaptive { .. } => placed.iter().map(Instance::world).collect(),
+            _ => Vec::new(),
+        };
         let gpu_mesh = tables.meshes.ensure(uploader, mesh, drawn.frame)?;
         let traits = MeshTraits {
             uvs: [0, 1, 2, 3].map(|layer: usize| mesh.uvs[layer].is_some()),
@@ -199,7 +229,10 @@ pub(crate) fn prepare(
             if indices.is_empty() {
                 continue;
             }
-            let key = (subset.material.0, traits);
+            // A relief is the mesh's too.
+            let relief = mesh.displacement.filter(|_| mode.displacement == DisplacementMode::Parallax);
+            let relief = relief.map_or([0; 2], |relief| [relief.bias.to_bits(), relief.scale.to_bits()]);
+            let key = (subset.material.0, traits, relief);
             let look = match looks.get(&key) {
                 Some(look) => *look,
                 None => {
@@ -211,15 +244,40 @@ pub(crate) fn prepare(
                             scene.materials.len()
                         ),
                     })?;
-                    let look = resolve(scene, material, traits, mode, tables, uploader, warnings)?;
+                    let relief = match mode.displacement {
+                        DisplacementMode::Parallax => {
+                            tables.displacements.relief(uploader, scene, mesh, subset, warnings)?
+                        }
+                        _ => None,
+                    };
+                    let look = resolve(scene, material, traits, relief.as_ref(), mode, tables, uploader, warnings)?;
                     looks.insert(key, look);
                     look
                 }
             };
             let Some(Look { variant, uv_layers, slot }) = look else { continue };
             let gpu_mesh = tables.meshes.ensure(uploader, mesh, drawn.frame)?;
-            for stream in streams(&variant, uv_layers) {
-                ensure_stream(uploader, gpu_mesh, mesh, stream)?;
+            let needs =
+                Needs { frame: drawn.frame, sorted: variant.alpha.blend, edges: mode.wireframe, picture: mode.picture };
+            let displaced = tables.displacements.ensure(
+                uploader,
+                scene,
+                mesh,
+                gpu_mesh,
+                number,
+                (mode.displacement, view, &world),
+                streams(&variant, uv_layers),
+                needs,
+                warnings,
+            )?;
+            if let Some(key) = displaced {
+                list.displaced.push((drawn.mesh, key));
+            }
+            // Shadow maps are drawn of the base mesh.
+            if displaced.is_none() || !mode.shadows.is_empty() {
+                for stream in streams(&variant, uv_layers) {
+                    ensure_stream(uploader, gpu_mesh, mesh, stream)?;
+                }
             }
             let halves = [
                 (false, drawn.instances.start..drawn.first_mirrored),
@@ -228,6 +286,7 @@ pub(crate) fn prepare(
             for (mirrored, instances) in halves.into_iter().filter(|(_, instances)| !instances.is_empty()) {
                 let batches = match mode.show {
                     Show::Shadow(_) if variant.alpha.blend => &mut list.unseen,
+                    Show::ShadowMap(_) => &mut list.unseen,
                     _ if variant.alpha.blend => &mut list.blended,
                     _ => &mut list.opaque,
                 };
@@ -238,6 +297,7 @@ pub(crate) fn prepare(
                     uv_layers,
                     mesh: drawn.mesh,
                     subset: number,
+                    displaced,
                     indices: indices.clone(),
                     instances,
                 });
@@ -249,18 +309,23 @@ pub(crate) fn prepare(
     Ok(list)
 }
 
+/// Whether any surface is lit by an environment.
+pub(crate) fn is_lit_by_environment(list: &DrawList) -> bool {
+    let lit = |batch: &Batch| matches!(batch.variant.surface, Surface::Environment { .. });
+    list.opaque.iter().chain(&list.blended).any(lit)
+}
+
 fn triangles(subset: &Subset) -> Range<u32> {
     subset.first_index..subset.first_index + subset.index_count / 3 * 3
 }
 
 /// World matrices of the visible nodes, grouped by mesh.
-fn place(scene: &Scene, mode: &Mode) -> Result<DrawList, RenderError> {
+/// Where everything visible stands at a frame of the animation.
+pub(crate) fn place(scene: &Scene, frame: usize) -> Result<DrawList, RenderError> {
     let mut locals: Vec<Affine3A> = scene.nodes.iter().map(|node| node.local).collect();
     for motion in scene.animation.iter().flat_map(|animation| &animation.nodes) {
         let last = motion.locals.len().saturating_sub(1);
-        if let (Some(local), Some(moved)) =
-            (locals.get_mut(motion.node.index()), motion.locals.get(mode.animation_frame.min(last)))
-        {
+        if let (Some(local), Some(moved)) = (locals.get_mut(motion.node.index()), motion.locals.get(frame.min(last))) {
             *local = *moved;
         }
     }
@@ -287,7 +352,7 @@ fn place(scene: &Scene, mode: &Mode) -> Result<DrawList, RenderError> {
         list.nodes.extend(plain.iter().chain(mirrored));
         list.meshes.push(DrawnMesh {
             mesh,
-            frame: mode.animation_frame.min(data.frames.len()),
+            frame: frame.min(data.frames.len()),
             instances: start..list.nodes.len() as u32,
             first_mirrored: start + plain.len() as u32,
         });
@@ -308,11 +373,13 @@ fn layer<'a>(
     texture.image.as_ref().ok().map(|image| (used, image, texture.name.as_str()))
 }
 
+#[expect(clippy::too_many_arguments, reason = "a look follows from mesh, material and options")]
 /// The variant and material of a subset; `None` if it is not to be seen.
 fn resolve(
     scene: &Scene,
     material: &Material,
     traits: MeshTraits,
+    relief: Option<&Relief>,
     mode: &Mode,
     tables: &mut Tables<'_>,
     uploader: &mut Uploader<'_>,
@@ -331,7 +398,7 @@ fn resolve(
     let normal_texture = normal_map.map(|found| (found, Meaning::Vectors, Layer::Normal));
 
     let (variant, base, second) = match mode.show {
-        Show::Lit | Show::Shadow(_) => {
+        Show::Lit | Show::Shadow(_) | Show::ShadowMap(_) => {
             let diffuse_map = find(Layer::Diffuse);
             let opacity = opacity(material);
             let test = material.alpha_cutoff.is_some();
@@ -347,6 +414,9 @@ fn resolve(
                 Surface::ShowShadow
             } else if light_map.is_some() {
                 Surface::LightMapped
+            } else if let Some(terms) = mode.environment {
+                let reflects = terms.diffuse > 0 && parameters.diffuse != Vec3::ZERO || terms.specular > 0 && specular;
+                if reflects { Surface::Environment { normal } } else { Surface::Flat }
             } else if mode.lit && (specular || parameters.diffuse != Vec3::ZERO) {
                 Surface::Lit { normal, specular, falloff: mode.falloff }
             } else {
@@ -365,11 +435,13 @@ fn resolve(
                 Surface::Lit { .. } | Surface::ShowShadow => mode.shadows,
                 _ => ShadowSet::NONE,
             };
-            let variant = Variant { surface, diffuse_map: diffuse_map.is_some(), color, alpha, shadows };
+            let plain = Variant { surface, diffuse_map: diffuse_map.is_some(), color, alpha, shadows, relief: false };
+            let variant =
+                Variant { relief: mode.show == Show::Lit && relief.is_some() && plain.shows_relief(), ..plain };
             let base = diffuse_map.map(|found| (found, color_meaning, Layer::Diffuse));
             let second = match surface {
                 Surface::LightMapped => light_map.map(|found| (found, color_meaning, Layer::LightMap)),
-                Surface::Lit { .. } => normal_texture,
+                Surface::Lit { .. } | Surface::Environment { .. } => normal_texture,
                 _ => None,
             };
             (variant, base, second)
@@ -382,7 +454,7 @@ fn resolve(
         Show::Uvs(which) if traits.uvs[which as usize] => {
             let parameters =
                 GpuMaterial::new(material, false, Vec3::ZERO, material.layers[which as usize].as_ref(), None);
-            let slot = ensure_material(tables, uploader, &parameters, None, None, mode)?;
+            let slot = ensure_material(tables, uploader, &parameters, [None; 2], None, mode)?;
             let variant = Variant::show(Surface::ShowUv);
             return Ok(Some(Look { variant, uv_layers: [which as u8, 0], slot }));
         }
@@ -400,7 +472,7 @@ fn resolve(
     let ambient_light = if variant.surface == Surface::LightMapped { Vec3::ZERO } else { mode.ambient_light };
     let (base_layer, second_layer) = (used(&base), used(&second));
     let parameters = GpuMaterial::new(material, mode.linear, ambient_light, base_layer.as_ref(), second_layer.as_ref());
-    let slot = ensure_material(tables, uploader, &parameters, textures[0], textures[1], mode)?;
+    let slot = ensure_material(tables, uploader, &parameters, textures, relief.filter(|_| variant.relief), mode)?;
     let uv_layers = [&base, &second].map(|source| source.as_ref().map_or(0, |(_, _, which)| *which as u8));
     Ok(Some(Look { variant, uv_layers, slot }))
 }
@@ -409,12 +481,12 @@ fn ensure_material(
     tables: &mut Tables<'_>,
     uploader: &mut Uploader<'_>,
     parameters: &GpuMaterial,
-    base: Option<TextureKey>,
-    second: Option<TextureKey>,
+    [base, second]: [Option<TextureKey>; 2],
+    relief: Option<&Relief>,
     mode: &Mode,
 ) -> Result<MaterialSlot, RenderError> {
     let Tables { materials, pipelines, textures, .. } = tables;
-    materials.ensure(uploader, pipelines, textures, parameters, base, second, mode.anisotropy, mode.picture)
+    materials.ensure(uploader, pipelines, textures, parameters, base, second, relief, mode.anisotropy, mode.picture)
 }
 
 /// The mesh of a batch.
@@ -425,7 +497,7 @@ pub(crate) fn mesh_of<'a>(scene: &'a Scene, batch: &Batch) -> &'a Arc<Mesh> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat3, Quat};
+    use glam::Quat;
 
     #[test]
     fn normals_follow_the_inverse_transpose_also_of_mirrors() {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use aam_scene::Scene;
 
 use crate::FrameStats;
+use crate::displacement::{DisplacementTable, SurfaceKey};
 use crate::draws::{Batch, DrawList, mesh_of};
 use crate::materials::{MaterialSlot, MaterialTable};
 use crate::meshes::MeshTable;
@@ -19,6 +20,7 @@ pub(crate) struct Sources<'a> {
     pub scene: &'a Scene,
     pub list: &'a DrawList,
     pub meshes: &'a MeshTable,
+    pub displacements: &'a DisplacementTable,
     pub materials: &'a MaterialTable,
     pub pipelines: &'a Pipelines,
     pub instances: Option<&'a wgpu::Buffer>,
@@ -26,6 +28,8 @@ pub(crate) struct Sources<'a> {
     pub sorted_indices: Option<&'a wgpu::Buffer>,
     pub format: PassFormat,
     pub constants: Constants,
+    /// Bind group 3 of surfaces that an environment lights.
+    pub environment: Option<&'a wgpu::BindGroup>,
 }
 
 /// Records into a pass, and changes only the state that differs.
@@ -35,7 +39,7 @@ pub(crate) struct Recorder<'a> {
     stats: &'a mut FrameStats,
     pipeline: Option<PipelineKey>,
     material: Option<MaterialSlot>,
-    vertices: Option<(usize, Variant)>,
+    vertices: Option<(usize, Option<SurfaceKey>, Variant)>,
     indices: Option<IndexSource>,
 }
 
@@ -43,6 +47,8 @@ pub(crate) struct Recorder<'a> {
 enum IndexSource {
     Mesh(usize),
     Edges(usize),
+    Displaced(SurfaceKey),
+    DisplacedEdges(SurfaceKey),
     Sorted,
 }
 
@@ -54,9 +60,17 @@ impl<'a> Recorder<'a> {
 
     /// Draws opaque batches.
     pub(crate) fn opaque(&mut self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(group) = self.from.environment {
+            pass.set_bind_group(3, group, &[]);
+        }
         for batch in &self.from.list.opaque {
-            if self.prepare(pass, batch, IndexSource::Mesh(batch.mesh)) {
-                self.draw_indexed(pass, batch.indices.clone(), batch.instances.clone(), 3);
+            let indices = batch.displaced.map_or(IndexSource::Mesh(batch.mesh), IndexSource::Displaced);
+            if self.prepare(pass, batch, indices) {
+                let range = match batch.displaced {
+                    Some(key) => 0..self.from.displacements.get(key).map_or(0, |surface| surface.index_count),
+                    None => batch.indices.clone(),
+                };
+                self.draw_indexed(pass, range, batch.instances.clone(), 3);
             }
         }
     }
@@ -81,6 +95,9 @@ impl<'a> Recorder<'a> {
             self.vertices = None;
             match &draw.kind {
                 OverlayKind::Edges { mesh, instances } => self.edges(pass, *mesh, instances.clone()),
+                OverlayKind::DisplacedEdges { surface, instances } => {
+                    self.displaced_edges(pass, *surface, instances.clone());
+                }
                 OverlayKind::Normals { mesh, instances } => self.normals(pass, *mesh, instances.clone()),
                 OverlayKind::Vertices { buffer, count } => {
                     pass.set_vertex_buffer(0, buffer.slice(..));
@@ -104,6 +121,18 @@ impl<'a> Recorder<'a> {
         pass.set_vertex_buffer(1, placed.slice(..));
         self.set_indices(pass, IndexSource::Edges(mesh), edges);
         self.draw_indexed(pass, 0..*count, instances, 0);
+    }
+
+    fn displaced_edges(&mut self, pass: &mut wgpu::RenderPass<'_>, key: SurfaceKey, instances: Range<u32>) {
+        let Some(surface) = self.from.displacements.get(key) else { return };
+        let positions = surface.stream(crate::meshes::Stream::Position);
+        if let (Some(positions), Some((edges, count)), Some(placed)) = (positions, &surface.edges, self.from.instances)
+        {
+            pass.set_vertex_buffer(0, positions.slice(..));
+            pass.set_vertex_buffer(1, placed.slice(..));
+            self.set_indices(pass, IndexSource::DisplacedEdges(key), edges);
+            self.draw_indexed(pass, 0..*count, instances, 0);
+        }
     }
 
     fn normals(&mut self, pass: &mut wgpu::RenderPass<'_>, mesh: usize, instances: Range<u32>) {
@@ -132,20 +161,29 @@ impl<'a> Recorder<'a> {
             self.material = Some(batch.material);
         }
         // Texture coordinates belong to the layers that the variant reads, or to the whole picture's choice.
-        if self.vertices != Some((batch.mesh, batch.variant)) {
+        let surface = batch.displaced.map(|key| self.from.displacements.get(key));
+        let drawn = (batch.mesh, batch.displaced, batch.variant);
+        if self.vertices != Some(drawn) {
             let mut slot = 0;
             for stream in batch.streams() {
-                let Some(buffer) = mesh.stream(stream) else { return false };
+                let buffer = match surface {
+                    Some(surface) => surface.and_then(|surface| surface.stream(stream)),
+                    None => mesh.stream(stream),
+                };
+                let Some(buffer) = buffer else { return false };
                 pass.set_vertex_buffer(slot, buffer.slice(..));
                 slot += 1;
             }
             pass.set_vertex_buffer(slot, instances.slice(..));
-            self.vertices = Some((batch.mesh, batch.variant));
+            self.vertices = Some(drawn);
         }
         match (indices, self.from.sorted_indices) {
             (IndexSource::Sorted, Some(buffer)) => self.set_indices(pass, indices, buffer),
             (IndexSource::Sorted, None) => return false,
-            _ => self.set_indices(pass, indices, &mesh.indices),
+            _ => {
+                let displaced = surface.flatten().map(|surface| &surface.indices);
+                self.set_indices(pass, indices, displaced.unwrap_or(&mesh.indices));
+            }
         }
         true
     }

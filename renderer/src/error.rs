@@ -83,6 +83,9 @@ pub enum RenderError {
         /// What is wrong.
         reason: String,
     },
+    /// A displaced mesh would be too large.
+    #[error(transparent)]
+    Displacement(#[from] aam_scene::DisplacementError),
     /// A shader does not assemble: a fault of this program.
     #[error("shader: {0}")]
     Shader(#[from] crate::shader::ShaderError),

@@ -3,13 +3,14 @@
 use aam_scene::{Scene, View};
 
 use crate::backdrop::Backdrop;
+use crate::displacement::DisplacementTable;
 use crate::draws::DrawList;
 use crate::encode::{Recorder, Sources};
 use crate::materials::bind;
 use crate::overlay::OverlayDraw;
 use crate::pipelines::{Constants, DEPTH_FORMAT, PassFormat, PipelineKey};
 use crate::shader::Program;
-use crate::shadows::{CasterSources, FrameShadows, SourceList};
+use crate::shadows::{CasterSources, FrameShadows, ShownMap, SourceList};
 use crate::targets::TargetKey;
 use crate::timing::{Stamps, Timing};
 use crate::{Alpha, FrameStats, RenderError, RenderOptions, Renderer, Target};
@@ -21,9 +22,13 @@ pub(crate) struct Frame {
     pub overlays: Vec<OverlayDraw>,
     pub sources: SourceList,
     pub shadows: FrameShadows,
+    /// A shadow map that is shown instead of the scene.
+    pub map: Option<ShownMap>,
     pub backdrop: Backdrop,
     pub format: PassFormat,
     pub constants: Constants,
+    /// Bind group 3 of surfaces that an environment lights.
+    pub environment: Option<wgpu::BindGroup>,
     /// Drawn into the target itself.
     pub direct: bool,
     /// Drawn in linear light.
@@ -95,6 +100,7 @@ impl Renderer {
 
         let mut encoder =
             self.gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("picture") });
+        self.record_displacement(&mut encoder, stamps.as_mut());
         if !frame.shadows.is_empty() {
             let casters = CasterSources {
                 gpu: &self.gpu,
@@ -127,6 +133,25 @@ impl Renderer {
             stats.gpu = timing.collect().filter(|_| options.gpu_timing);
         }
         Ok(())
+    }
+
+    /// What changed of displaced surfaces.
+    fn record_displacement(&self, encoder: &mut wgpu::CommandEncoder, stamps: Option<&mut Stamps>) {
+        let DisplacementTable { jobs, pipelines, .. } = &self.displacements;
+        if jobs.is_empty() {
+            return;
+        }
+        let marks = stamps.map(|stamps| stamps.parts(&["displacement"]));
+        let queries = self.timing.as_ref().map(Timing::queries);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("displacement"),
+            timestamp_writes: queries.zip(marks.as_ref()).map(|(query_set, marks)| wgpu::ComputePassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: marks.first().copied(),
+                end_of_pass_write_index: marks.last().copied(),
+            }),
+        });
+        pipelines.record(&mut pass, jobs);
     }
 
     /// Background, opaque surfaces, transparent ones, overlays: one pass.
@@ -188,6 +213,16 @@ impl Renderer {
             stats.triangles += 1;
             stats.pipeline_switches += 1;
         }
+        if let Some(map) = &frame.map
+            && let Some(pipeline) = self.pipelines.get(&map.pipeline)
+        {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &map.group, &[]);
+            pass.draw(0..3, 0..1);
+            stats.draws += 1;
+            stats.triangles += 1;
+            stats.pipeline_switches += 1;
+        }
         let Some(group) = self.frame_group.as_ref().filter(|_| frame.format.depth) else { return };
         pass.set_bind_group(0, group, &[]);
         if let Some(group) = self.shadows.group().filter(|_| !frame.sources.set.is_empty()) {
@@ -197,6 +232,7 @@ impl Renderer {
             scene,
             list: &frame.list,
             meshes: &self.meshes,
+            displacements: &self.displacements,
             materials: &self.materials,
             pipelines: &self.pipelines,
             instances: self.instances.get(),
@@ -204,6 +240,7 @@ impl Renderer {
             sorted_indices: self.sorted_indices.get(),
             format: frame.format,
             constants: frame.constants,
+            environment: frame.environment.as_ref(),
         };
         let mut recorder = Recorder::new(sources, stats);
         recorder.opaque(&mut pass);

@@ -6,8 +6,10 @@
 
 mod backdrop;
 mod camera;
+mod displacement;
 mod draws;
 mod encode;
+mod environment;
 mod error;
 mod frame;
 mod gpu;
@@ -31,12 +33,13 @@ mod textures;
 mod timing;
 mod upload;
 
+pub use environment::{DiffuseLight, EnvironmentDetail};
 pub use error::RenderError;
 pub use gpu::{AdapterSummary, Gpu, GpuError};
 pub use lights::MAX_LIGHTS;
 pub use options::{Msaa, Overlays, RenderOptions, Shape, ShapeKind, ShapeVertex, Show};
 pub use renderer::Renderer;
 pub use shader::{ShaderError, shader_sources};
-pub use shadows::{MAX_SHADOW_SOURCES, ShadowLimit, shadow_limits};
+pub use shadows::{MAX_SHADOW_SOURCES, ShadowLimit, shadow_camera, shadow_limits};
 pub use stats::{CpuTimes, FrameStats, PassTime, Resources};
 pub use target::{Alpha, Target};

@@ -6,6 +6,7 @@ use aam_scene::{Material, TextureLayer};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3, Vec4};
 
+use crate::displacement::{DisplaceParameters, Relief};
 use crate::lights::color;
 use crate::mips::srgb_decode;
 use crate::pipelines::{MapSet, Pipelines};
@@ -85,6 +86,8 @@ struct Key {
     base: Option<TextureKey>,
     second: Option<TextureKey>,
     anisotropy: u16,
+    /// The map of a relief and its parameters.
+    relief: Option<(u64, [u32; size_of::<DisplaceParameters>() / 4])>,
 }
 
 /// A place in the material table.
@@ -124,10 +127,17 @@ impl MaterialTable {
         parameters: &GpuMaterial,
         base: Option<TextureKey>,
         second: Option<TextureKey>,
+        relief: Option<&Relief>,
         anisotropy: u16,
         frame: u64,
     ) -> Result<MaterialSlot, RenderError> {
-        let key = Key { parameters: bytemuck::cast(*parameters), base, second, anisotropy };
+        let key = Key {
+            parameters: bytemuck::cast(*parameters),
+            base,
+            second,
+            anisotropy,
+            relief: relief.map(|relief| (relief.map, bytemuck::cast(relief.parameters))),
+        };
         if let Some(entry) = self.entries.get_mut(&key) {
             entry.last_used = frame;
             return Ok(entry.slot);
@@ -160,7 +170,18 @@ impl MaterialTable {
         for (binding, view) in (2..).zip(views) {
             entries.extend(view.map(|view| bind(binding, wgpu::BindingResource::TextureView(view))));
         }
-        let maps = MapSet { base: views[0].is_some(), second: views[1].is_some() };
+        let relief_parameters = match relief {
+            Some(relief) => {
+                let bytes = bytemuck::bytes_of(&relief.parameters);
+                Some(uploader.buffer("relief", wgpu::BufferUsages::UNIFORM, bytes)?)
+            }
+            None => None,
+        };
+        if let (Some(relief), Some(parameters)) = (relief, &relief_parameters) {
+            entries.push(bind(4, parameters.as_entire_binding()));
+            entries.push(bind(5, wgpu::BindingResource::TextureView(&relief.view)));
+        }
+        let maps = MapSet { base: views[0].is_some(), second: views[1].is_some(), relief: relief.is_some() };
         self.bind_groups[slot] = Some(gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("material"),
             layout: pipelines.material_layout(gpu, maps),

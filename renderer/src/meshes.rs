@@ -7,8 +7,8 @@ use std::sync::{Arc, Weak};
 use aam_scene::Mesh;
 use glam::{Vec2, Vec3, Vec4};
 
-use crate::RenderError;
 use crate::upload::Uploader;
+use crate::{RenderError, displacement};
 
 /// A vertex attribute that has a buffer of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -22,9 +22,9 @@ pub(crate) enum Stream {
 }
 
 impl Stream {
-    const COUNT: usize = 8;
+    pub(crate) const COUNT: usize = 8;
 
-    fn index(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         match self {
             Self::Position => 0,
             Self::Normal => 1,
@@ -159,7 +159,8 @@ pub(crate) fn ensure_stream(
 ) -> Result<(), RenderError> {
     if entry.streams[stream.index()].is_none() {
         let what = format!("{stream:?} of mesh {:?}", mesh.name);
-        let upload = |bytes: &[u8]| uploader.buffer(&what, wgpu::BufferUsages::VERTEX, bytes);
+        let usage = wgpu::BufferUsages::VERTEX | displacement::readable(uploader.gpu);
+        let upload = |bytes: &[u8]| uploader.buffer(&what, usage, bytes);
         entry.streams[stream.index()] = Some(with_contents(mesh, stream, entry.frame, upload)?);
     }
     Ok(())

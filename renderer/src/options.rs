@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use aam_scene::{Background, Layer, Shading};
+use aam_scene::{Background, DisplacementMode, Layer, Shading};
 use glam::Vec3;
+
+use crate::EnvironmentDetail;
 
 /// Samples a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -50,6 +52,9 @@ pub enum Show {
     /// How much of its light a shadow source lets through, from black to white: the source at this position in
     /// [`aam_scene::Shadows::sources`].
     Shadow(usize),
+    /// The map of the shadow source at this position in [`aam_scene::Shadows::sources`], near the source light, far dark:
+    /// one square, or one for each cascade or face of a cube. Black where there is none.
+    ShadowMap(usize),
     /// Fractional part of a layer's texture coordinates, after the texture matrix, as red and green. Surfaces without
     /// them are dark grey.
     Uvs(Layer),
@@ -114,10 +119,14 @@ pub struct RenderOptions {
     pub shading: Option<Shading>,
     /// Instead of [`aam_scene::Scene::background`].
     pub background: Option<Background>,
+    /// How displacement maps are drawn.
+    pub displacement: DisplacementMode,
     /// Which aspect of the surfaces is drawn.
     pub show: Show,
     /// Lines drawn over the picture.
     pub overlays: Overlays,
+    /// How finely the scene's environment is kept.
+    pub environment: EnvironmentDetail,
     /// Largest ratio of a texture's anisotropic filter, 1 (off, the default) to 16.
     pub anisotropy: u16,
     /// Draws shadow maps only where there is none from an earlier picture: for several pictures of one moment. Casters
@@ -133,8 +142,10 @@ impl Default for RenderOptions {
             msaa: Msaa::default(),
             shading: None,
             background: None,
+            displacement: DisplacementMode::default(),
             show: Show::default(),
             overlays: Overlays::default(),
+            environment: EnvironmentDetail::default(),
             anisotropy: 1,
             keep_shadow_maps: false,
             gpu_timing: true,

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Arc, Weak};
 
-use aam_scene::{Aabb, Scene};
+use aam_scene::{Aabb, Scene, displacement};
 use glam::Vec3;
 
+use crate::displacement::SurfaceKey;
 use crate::draws::{DrawList, DrawnMesh, Instance};
 use crate::meshes::{MeshTable, cpu_positions, ensure_edges, ensure_normal_lines};
 use crate::pipelines::{PassFormat, PipelineKey};
@@ -36,6 +37,8 @@ pub(crate) struct OverlayDraw {
 pub(crate) enum OverlayKind {
     /// Edges of a mesh in all its instances.
     Edges { mesh: usize, instances: Range<u32> },
+    /// Edges of a displaced surface in all its instances.
+    DisplacedEdges { surface: SurfaceKey, instances: Range<u32> },
     /// Vertex normals of a mesh in all its instances.
     Normals { mesh: usize, instances: Range<u32> },
     /// Vertices from a buffer.
@@ -65,7 +68,13 @@ impl OverlayTable {
             for DrawnMesh { mesh, frame, instances, .. } in list.meshes.iter().cloned() {
                 let data = &scene.meshes[mesh];
                 let entry = meshes.ensure(uploader, data, frame)?;
-                if overlays.wireframe {
+                let displaced = list.displaced.iter().filter(|(of, _)| overlays.wireframe && *of == mesh);
+                let surfaces: Vec<SurfaceKey> = displaced.map(|(_, surface)| *surface).collect();
+                draws.extend(surfaces.iter().map(|&surface| {
+                    let kind = OverlayKind::DisplacedEdges { surface, instances: instances.clone() };
+                    OverlayDraw { pipeline: key(Program::Edges { linear }, true), kind }
+                }));
+                if overlays.wireframe && surfaces.len() < data.subsets.len() {
                     ensure_edges(uploader, entry, data)?;
                     let kind = OverlayKind::Edges { mesh, instances: instances.clone() };
                     draws.push(OverlayDraw { pipeline: key(Program::Edges { linear }, true), kind });
@@ -127,6 +136,9 @@ fn bounds(scene: &Scene, list: &DrawList) -> Vec<ShapeVertex> {
         if aabb.is_empty() {
             continue;
         }
+        let is_displaced = list.displaced.iter().any(|(of, _)| *of == drawn.mesh);
+        let reach = if is_displaced { displacement::reach(mesh) } else { 0.0 };
+        let aabb = Aabb { min: aabb.min - reach, max: aabb.max + reach };
         let corner = |bits: u32| {
             let pick = |axis: usize| if bits >> axis & 1 == 0 { aabb.min[axis] } else { aabb.max[axis] };
             Vec3::new(pick(0), pick(1), pick(2))

@@ -3,9 +3,13 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use aam_scene::ToneMap;
+
 use crate::draws::Instance;
+use crate::environment::EnvironmentTerms;
 use crate::lights::LightEnds;
 use crate::shader::{Program, Surface, Variant, source};
+use crate::shadows::MapKind;
 use crate::{Gpu, RenderError};
 
 /// Format of depth buffers.
@@ -38,12 +42,14 @@ impl PipelineKey {
     }
 }
 
-/// Values that the shader of a lit surface treats as constants.
+/// Values that the shader of a shaded surface treats as constants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Constants {
     pub lights: LightEnds,
     /// The camera is orthographic.
     pub parallel: bool,
+    pub environment: EnvironmentTerms,
+    pub tone_map: ToneMap,
     /// The shadow source that is shown, by its position in the shader's list.
     pub shown_source: u32,
 }
@@ -51,28 +57,51 @@ pub(crate) struct Constants {
 impl Constants {
     /// Those that a variant reads; the others make no further pipelines.
     pub(crate) fn read_by(self, variant: &Variant) -> Self {
+        let Self { lights, parallel, shown_source, environment, tone_map } = self;
         match variant.surface {
-            Surface::Lit { specular, .. } => Self { parallel: self.parallel && specular, shown_source: 0, ..self },
-            Surface::ShowShadow => Self { shown_source: self.shown_source, ..Self::default() },
-            _ => Self::default(),
+            Surface::Lit { specular, .. } => {
+                Self { lights, parallel: parallel && (specular || variant.relief), tone_map, ..Self::default() }
+            }
+            Surface::ShowShadow => Self { shown_source, ..Self::default() },
+            Surface::Environment { .. } => Self {
+                parallel: parallel && (environment.specular > 0 || variant.relief),
+                environment,
+                tone_map,
+                ..Self::default()
+            },
+            _ if variant.is_shaded() => Self { parallel: parallel && variant.relief, tone_map, ..Self::default() },
+            _ => Self { parallel: parallel && variant.relief, ..Self::default() },
         }
     }
 
     /// Their names and values in WGSL.
     fn values(self, program: &Program) -> Vec<(&'static str, f64)> {
+        let tone_map = ("TONE_MAP", f64::from(self.tone_map as u8));
+        let parallel = ("PARALLEL", f64::from(u8::from(self.parallel)));
         match program {
-            Program::Surface(Variant { surface: Surface::Lit { .. }, .. }) => {}
-            Program::Surface(Variant { surface: Surface::ShowShadow, .. }) => {
-                return vec![("SHOWN_SOURCE", f64::from(self.shown_source))];
-            }
-            _ => return Vec::new(),
+            Program::Sky => vec![tone_map],
+            Program::Surface(variant) => match variant.surface {
+                Surface::Lit { .. } => vec![
+                    tone_map,
+                    parallel,
+                    ("POINT_END", f64::from(self.lights.point)),
+                    ("DIRECTIONAL_END", f64::from(self.lights.directional)),
+                    ("SPOT_END", f64::from(self.lights.spot)),
+                ],
+                Surface::Environment { .. } => vec![
+                    tone_map,
+                    parallel,
+                    ("ENVIRONMENT_DIFFUSE", f64::from(self.environment.diffuse)),
+                    ("ENVIRONMENT_SPECULAR", f64::from(self.environment.specular)),
+                ],
+                Surface::ShowShadow => vec![("SHOWN_SOURCE", f64::from(self.shown_source))],
+                _ => {
+                    let shaded = variant.is_shaded().then_some(tone_map);
+                    shaded.into_iter().chain(variant.relief.then_some(parallel)).collect()
+                }
+            },
+            _ => Vec::new(),
         }
-        vec![
-            ("PARALLEL", f64::from(u8::from(self.parallel))),
-            ("POINT_END", f64::from(self.lights.point)),
-            ("DIRECTIONAL_END", f64::from(self.lights.directional)),
-            ("SPOT_END", f64::from(self.lights.spot)),
-        ]
     }
 }
 
@@ -81,11 +110,12 @@ impl Constants {
 pub(crate) struct MapSet {
     pub base: bool,
     pub second: bool,
+    pub relief: bool,
 }
 
 impl MapSet {
     fn index(self) -> usize {
-        usize::from(self.base) + 2 * usize::from(self.second)
+        usize::from(self.base) + 2 * usize::from(self.second) + 4 * usize::from(self.relief)
     }
 }
 
@@ -95,9 +125,13 @@ pub(crate) struct Pipelines {
     pipelines: HashMap<PipelineKey, wgpu::RenderPipeline>,
     modules: HashMap<Program, wgpu::ShaderModule>,
     frame_layout: wgpu::BindGroupLayout,
-    material_layouts: [Option<wgpu::BindGroupLayout>; 4],
+    material_layouts: [Option<wgpu::BindGroupLayout>; 8],
     picture_layout: Option<wgpu::BindGroupLayout>,
     texel_layout: Option<wgpu::BindGroupLayout>,
+    environment_layout: Option<wgpu::BindGroupLayout>,
+    sky_layout: Option<wgpu::BindGroupLayout>,
+    /// Of depth, of moments.
+    map_layouts: [Option<wgpu::BindGroupLayout>; 2],
 }
 
 impl Pipelines {
@@ -115,6 +149,9 @@ impl Pipelines {
             material_layouts: Default::default(),
             picture_layout: None,
             texel_layout: None,
+            environment_layout: None,
+            sky_layout: None,
+            map_layouts: Default::default(),
         }
     }
 
@@ -135,6 +172,10 @@ impl Pipelines {
             }
             if maps.second {
                 entries.push(layout_entry(3, wgpu::ShaderStages::FRAGMENT, texture(true)));
+            }
+            if maps.relief {
+                entries.push(layout_entry(4, wgpu::ShaderStages::VERTEX_FRAGMENT, UNIFORM));
+                entries.push(layout_entry(5, wgpu::ShaderStages::FRAGMENT, HEIGHTS));
             }
             layout(gpu, "material", &entries)
         })
@@ -158,6 +199,40 @@ impl Pipelines {
     pub(crate) fn texel_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
         self.texel_layout.get_or_insert_with(|| {
             layout(gpu, "texels", &[layout_entry(0, wgpu::ShaderStages::FRAGMENT, texture(false))])
+        })
+    }
+
+    /// Layout of bind group 3 of surfaces that an environment lights.
+    pub(crate) fn environment_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.environment_layout.get_or_insert_with(|| {
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "environment", &[entry(0, UNIFORM), entry(1, SAMPLER), entry(2, CUBE), entry(3, CUBE)])
+        })
+    }
+
+    /// Layout of the sky box.
+    pub(crate) fn sky_layout(&mut self, gpu: &Gpu) -> &wgpu::BindGroupLayout {
+        self.sky_layout.get_or_insert_with(|| {
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "sky", &[entry(0, UNIFORM), entry(1, SAMPLER), entry(2, CUBE)])
+        })
+    }
+
+    /// Layout of a shadow map that is shown.
+    pub(crate) fn map_layout(&mut self, gpu: &Gpu, kind: MapKind) -> &wgpu::BindGroupLayout {
+        self.map_layouts[usize::from(!kind.is_depth())].get_or_insert_with(|| {
+            let sample_type = if kind.is_depth() {
+                wgpu::TextureSampleType::Depth
+            } else {
+                wgpu::TextureSampleType::Float { filterable: false }
+            };
+            let map = wgpu::BindingType::Texture {
+                sample_type,
+                view_dimension: wgpu::TextureViewDimension::D2Array,
+                multisampled: false,
+            };
+            let entry = |binding, ty| layout_entry(binding, wgpu::ShaderStages::FRAGMENT, ty);
+            layout(gpu, "shown shadow map", &[entry(0, UNIFORM), entry(1, map)])
         })
     }
 
@@ -198,20 +273,28 @@ impl Pipelines {
 
     fn build(&mut self, gpu: &Gpu, key: PipelineKey, shadows: Option<&wgpu::BindGroupLayout>) -> wgpu::RenderPipeline {
         let material_maps = match key.program {
-            Program::Surface(variant) => Some(MapSet { base: variant.base_map(), second: variant.second_map() }),
+            Program::Surface(variant) => {
+                Some(MapSet { base: variant.base_map(), second: variant.second_map(), relief: variant.relief })
+            }
             _ => None,
         };
-        let groups: Vec<wgpu::BindGroupLayout> = match key.program {
-            Program::Background { .. } => vec![self.picture_layout(gpu).clone()],
-            Program::Present { .. } => vec![self.texel_layout(gpu).clone()],
+        let environment = matches!(key.program, Program::Surface(Variant { surface: Surface::Environment { .. }, .. }));
+        let groups: Vec<Option<wgpu::BindGroupLayout>> = match key.program {
+            Program::Background { .. } => vec![Some(self.picture_layout(gpu).clone())],
+            Program::Sky => vec![Some(self.sky_layout(gpu).clone())],
+            Program::Present { .. } => vec![Some(self.texel_layout(gpu).clone())],
+            Program::ShadowMap(kind) => vec![Some(self.map_layout(gpu, kind).clone())],
             _ => {
-                let material = material_maps.map(|maps| self.material_layout(gpu, maps).clone());
+                let material = material_maps.map(|maps| Some(self.material_layout(gpu, maps).clone()));
                 let shadows =
                     shadows.filter(|_| matches!(key.program, Program::Surface(variant) if !variant.shadows.is_empty()));
-                [self.frame_layout.clone()].into_iter().chain(material).chain(shadows.cloned()).collect()
+                let shadows = shadows.map(|layout| Some(layout.clone()));
+                let environment = environment.then(|| [None, Some(self.environment_layout(gpu).clone())]);
+                let rest = material.into_iter().chain(shadows).chain(environment.into_iter().flatten());
+                [Some(self.frame_layout.clone())].into_iter().chain(rest).collect()
             }
         };
-        let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Some).collect();
+        let groups: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Option::as_ref).collect();
         let label = format!("{:?}", key.program);
         let layout = gpu.device().create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(&label),
@@ -313,6 +396,19 @@ pub(crate) const fn texture(filterable: bool) -> wgpu::BindingType {
     }
 }
 
+/// Displacement maps.
+const HEIGHTS: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Uint,
+    view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
+
+const CUBE: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: true },
+    view_dimension: wgpu::TextureViewDimension::Cube,
+    multisampled: false,
+};
+
 pub(crate) const fn layout_entry(
     binding: u32,
     visibility: wgpu::ShaderStages,
@@ -334,6 +430,7 @@ pub(crate) enum Slot {
     Color,
     BaseUv,
     SecondUv,
+    ReliefUv,
 }
 
 /// The vertex buffers of a surface variant in their order; the instances follow.
@@ -345,6 +442,7 @@ pub(crate) fn surface_slots(variant: &Variant) -> impl Iterator<Item = Slot> + u
         (variant.vertex_colors(), Slot::Color),
         (variant.base_uv(), Slot::BaseUv),
         (variant.second_map(), Slot::SecondUv),
+        (variant.relief, Slot::ReliefUv),
     ]
     .into_iter()
     .filter_map(|(used, slot)| used.then_some(slot))
@@ -379,6 +477,7 @@ impl VertexBuffers {
                     Slot::Color => single(Float32x4, 3),
                     Slot::BaseUv => single(Float32x2, 4),
                     Slot::SecondUv => single(Float32x2, 5),
+                    Slot::ReliefUv => single(Float32x2, 6),
                 })
                 .chain([instances(variant.node_normals(), variant.shadows.masked)])
                 .collect(),

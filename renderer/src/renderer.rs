@@ -2,11 +2,13 @@
 
 use std::time::Instant;
 
-use aam_scene::{Image, Pixels, Projection, Scene, Shading, View};
+use aam_scene::{Background, Image, Pixels, Projection, Scene, Shading, View};
 
 use crate::backdrop;
 use crate::camera::{FrameUniform, view_direction};
+use crate::displacement::DisplacementTable;
 use crate::draws::{self, Mode, Tables};
+use crate::environment::{EnvironmentTable, EnvironmentTerms, SkyUniform, Wanted};
 use crate::frame::Frame;
 use crate::lights;
 use crate::materials::MaterialTable;
@@ -35,9 +37,12 @@ pub struct Renderer {
     pub(crate) meshes: MeshTable,
     pub(crate) textures: TextureTable,
     pub(crate) materials: MaterialTable,
+    pub(crate) displacements: DisplacementTable,
     pub(crate) pipelines: Pipelines,
     pub(crate) targets: TargetPool,
     pub(crate) overlays: OverlayTable,
+    pub(crate) environments: EnvironmentTable,
+    pub(crate) sky_uniform: DynamicBuffer,
     pub(crate) sorted: Sorted,
     pub(crate) shadows: ShadowTable,
     pub(crate) frame_uniform: DynamicBuffer,
@@ -59,8 +64,11 @@ impl Renderer {
             meshes: MeshTable::default(),
             textures: TextureTable::default(),
             materials: MaterialTable::default(),
+            displacements: DisplacementTable::default(),
             targets: TargetPool::default(),
             overlays: OverlayTable::new(),
+            environments: EnvironmentTable::new(),
+            sky_uniform: DynamicBuffer::new("sky", BufferUsages::UNIFORM),
             sorted: Sorted::default(),
             shadows: ShadowTable::default(),
             frame_uniform: DynamicBuffer::new("frame", BufferUsages::UNIFORM),
@@ -144,7 +152,7 @@ impl Renderer {
         check_size(&self.gpu, view.width, view.height)?;
         let options = RenderOptions {
             msaa: crate::Msaa::X1,
-            background: Some(aam_scene::Background::Color(glam::Vec3::ONE)),
+            background: Some(Background::Color(glam::Vec3::ONE)),
             show: Show::Shadow(source),
             overlays: crate::Overlays::default(),
             ..options.clone()
@@ -172,7 +180,7 @@ impl Renderer {
     }
 
     fn pipelines_built(&self) -> usize {
-        self.pipelines.len() + self.shadows.pipelines.len()
+        self.pipelines.len() + self.shadows.pipelines.len() + self.displacements.pipelines.len()
     }
 
     /// Waits for the GPU and returns the times of the last frame; `None` as for [`FrameStats::gpu`].
@@ -189,13 +197,21 @@ impl Renderer {
         Resources {
             meshes: self.meshes.len(),
             mesh_buffers: self.meshes.buffer_count(),
+            displaced_surfaces: self.displacements.len(),
             textures: self.textures.len(),
             materials: self.materials.len(),
-            shaders_built: self.pipelines.module_count() + self.shadows.pipelines.module_count(),
+            shaders_built: self.pipelines.module_count()
+                + self.shadows.pipelines.module_count()
+                + self.displacements.pipelines.len(),
             pipelines_built: self.pipelines_built(),
             targets: self.targets.len(),
             shadow_maps: self.shadows.len(),
-            bytes: self.meshes.bytes() + self.textures.bytes() + self.shadows.bytes(),
+            bytes: self.meshes.bytes()
+                + self.displacements.bytes()
+                + self.textures.bytes()
+                + self.environments.bytes()
+                + self.shadows.bytes(),
+            environment_bytes: self.environments.bytes(),
         }
     }
 
@@ -234,19 +250,28 @@ impl Renderer {
 
         let linear = shading(scene, options) == Shading::Linear;
         let normal_length = options.overlays.normals.unwrap_or(0.0);
-        let uniform = FrameUniform::new(view, normal_length)?;
-        let (scene_lights, camera_light) = scene.effective_lights(&view.camera);
+        let mut uniform = FrameUniform::new(view, normal_length)?;
+        uniform.exposure = aam_scene::exposure_factor(scene.exposure);
+        let detail = options.environment.usable();
+        let shading = if linear { Shading::Linear } else { Shading::Source };
+        let lighting = scene.lighting_environment().filter(|_| options.show == Show::Lit);
+        let terms = lighting.map(|environment| EnvironmentTerms::new(environment, &detail, shading));
+        // An environment takes the place of lights.
+        let (scene_lights, camera_light) =
+            if lighting.is_some() { (Vec::new(), false) } else { scene.effective_lights(&view.camera) };
         let packed_lights = lights::pack(&scene_lights, uniform.eye)?;
         stats.lights = scene_lights.len() as u32;
         stats.camera_light = camera_light;
 
         let animation_frame = if view.frame >= 0.0 { view.frame as usize } else { 0 };
         let shown = match options.show {
-            Show::Shadow(source) => Some(source),
+            Show::Shadow(source) | Show::ShadowMap(source) => Some(source),
             _ => None,
         };
         let sources = match options.show {
-            Show::Lit | Show::Shadow(_) => {
+            // An environment casts none.
+            Show::Lit if lighting.is_some() => SourceList::default(),
+            Show::Lit | Show::Shadow(_) | Show::ShadowMap(_) => {
                 let filterable = is_filterable(&gpu);
                 SourceList::new(scene, &packed_lights.order, shown, filterable, &mut stats.warnings)
             }
@@ -257,19 +282,24 @@ impl Renderer {
             shadows: sources.set,
             linear,
             lit: packed_lights.ends.spot > 0,
+            environment: terms,
             falloff: packed_lights.falloff,
             ambient_light: packed_lights.ambient,
             anisotropy: options.anisotropy.clamp(1, 16),
             animation_frame,
+            displacement: options.displacement,
+            wireframe: options.overlays.wireframe,
             picture: self.picture,
         };
         let mut tables = Tables {
             meshes: &mut self.meshes,
             textures: &mut self.textures,
             materials: &mut self.materials,
+            displacements: &mut self.displacements,
             pipelines: &mut self.pipelines,
         };
-        let mut list = draws::prepare(scene, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        let mut list = draws::prepare(scene, view, &mode, &mut tables, &mut uploader, &mut stats.warnings)?;
+        stats.displaced_points = self.displacements.point_count();
         let preparation = Preparation {
             scene,
             view,
@@ -282,7 +312,9 @@ impl Renderer {
         };
         let shadows = self.shadows.prepare(preparation, &mut self.pipelines, &mut uploader, &mut stats.warnings)?;
         stats.shadow_bytes = self.shadows.bytes();
-        let anything = !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty();
+        let shows_map = matches!(options.show, Show::ShadowMap(_));
+        let anything =
+            !list.opaque.is_empty() || !list.blended.is_empty() || !options.overlays.is_empty() && !shows_map;
 
         let background = options.background.as_ref().unwrap_or(&scene.background);
         let direct = draws_directly(target, linear, backdrop::is_opaque(background, &mut self.textures));
@@ -291,24 +323,49 @@ impl Renderer {
             samples: if anything { options.msaa.samples() } else { 1 },
             depth: anything,
         };
-        let backdrop = self.backdrop(background, linear, format, &mut uploader, &mut stats.warnings)?;
+        let wanted = Wanted {
+            terms: terms.filter(|_| draws::is_lit_by_environment(&list)).unwrap_or_default(),
+            sky: *background == Background::Environment,
+        };
+        let (mut environment, mut sky) = (None, None);
+        if let Some(map) = scene.environment.as_ref().filter(|_| wanted.sky || wanted.terms != Default::default()) {
+            let Self { environments, pipelines, picture, .. } = self;
+            let ready =
+                environments.ensure(&mut uploader, pipelines, map, scene.up, shading, &detail, wanted, *picture)?;
+            environment = ready.group;
+            sky = ready.sky.map(|cube| (cube, SkyUniform::new(map, scene, view)));
+        }
+        let backdrop = match sky {
+            Some((cube, uniform)) => self.sky(&cube, &uniform, scene.tone_map, format, &mut uploader)?,
+            None => self.backdrop(background, linear, format, &mut uploader, &mut stats.warnings)?,
+        };
         let overlays =
             self.overlays.prepare(&options.overlays, scene, &list, &mut self.meshes, &mut uploader, format, linear)?;
-        if anything {
+        if anything || !shadows.is_empty() {
             self.frame_uniform.set(&mut uploader, bytemuck::bytes_of(&uniform))?;
             self.light_uniform.set(&mut uploader, bytemuck::bytes_of(&packed_lights.list))?;
             self.instances.set(&mut uploader, bytemuck::cast_slice(&list.instances))?;
             self.make_frame_group();
         }
+        let shown_slot = shown.and_then(|shown| sources.indices.iter().position(|index| *index == shown));
+        let map = match (shown_slot, &scene.shadows) {
+            (Some(slot), Some(all)) if shows_map => {
+                let settings = &all.sources[sources.indices[slot]].settings;
+                let size = [view.width, view.height];
+                self.shadows.show(slot, settings, size, format, &mut self.pipelines, &mut uploader)?
+            }
+            _ => None,
+        };
         let constants = Constants {
             lights: packed_lights.ends,
             parallel: matches!(view.camera.projection, Projection::Orthographic { .. }),
+            environment: wanted.terms,
+            tone_map: scene.tone_map,
             // Beyond the list's end where the source casts nothing: all is lit.
-            shown_source: shown
-                .and_then(|shown| sources.indices.iter().position(|index| *index == shown))
-                .map_or(u32::MAX, |place| place as u32),
+            shown_source: shown_slot.map_or(u32::MAX, |place| place as u32),
         };
-        let frame = Frame { constants, list, overlays, sources, shadows, backdrop, format, direct, linear };
+        let frame =
+            Frame { constants, list, overlays, sources, shadows, map, backdrop, environment, format, direct, linear };
         stats.cpu.upload_ms = milliseconds(start);
 
         let start = Instant::now();
@@ -321,7 +378,15 @@ impl Renderer {
         } else {
             let direction = view_direction(&view.camera);
             let list = &frame.list;
-            if self.sorted.update(scene, list, &self.meshes, animation_frame, uniform.eye, direction)? {
+            if self.sorted.update(
+                scene,
+                list,
+                &self.meshes,
+                &self.displacements,
+                animation_frame,
+                uniform.eye,
+                direction,
+            )? {
                 self.sorted_indices.set(&mut uploader, bytemuck::cast_slice(&self.sorted.indices))?;
             }
         }
@@ -341,8 +406,10 @@ impl Renderer {
         self.meshes.sweep();
         self.textures.sweep(self.picture);
         self.materials.sweep(&self.textures, self.picture);
+        self.displacements.sweep(self.picture);
         self.targets.sweep(self.picture);
         self.overlays.sweep();
+        self.environments.sweep(self.picture);
     }
 }
 

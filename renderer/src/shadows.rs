@@ -7,6 +7,7 @@ mod limits;
 mod pipelines;
 mod record;
 mod set;
+mod show;
 mod uniform;
 mod volume;
 mod volumes;
@@ -28,6 +29,8 @@ pub(crate) use self::pipelines::{Caster, is_filterable};
 pub(crate) use self::record::CasterSources;
 pub use self::set::MAX_SHADOW_SOURCES;
 pub(crate) use self::set::{ShadowSet, SourceKind};
+pub use self::show::shadow_camera;
+pub(crate) use self::show::{MapKind, ShownMap};
 use casters::{CasterDraw, caster_draws, instance_boxes, may_reach};
 use fit::{Placement, Surroundings, place};
 use pipelines::{CasterKey, ShadowPipelines};
@@ -90,8 +93,11 @@ impl SourceList {
             });
             list.indices.push(index);
         }
-        let masked = shadows.receivers != aam_scene::Members::All && !kinds.is_empty();
-        list.set = ShadowSet::new(kinds, masked, filterable);
+        // Without sources shaders are those of a scene without shadows.
+        if !kinds.is_empty() {
+            let masked = shadows.receivers != aam_scene::Members::All;
+            list.set = ShadowSet::new(kinds, masked, filterable);
+        }
         list
     }
 }
@@ -171,6 +177,7 @@ pub(crate) struct ShadowTable {
     source_uniform: DynamicBuffer,
     caster_uniform: DynamicBuffer,
     blur_uniform: DynamicBuffer,
+    shown_uniform: DynamicBuffer,
     caster_group: Option<wgpu::BindGroup>,
     sampler: Option<wgpu::Sampler>,
     group: Option<wgpu::BindGroup>,
@@ -186,6 +193,7 @@ impl Default for ShadowTable {
             source_uniform: DynamicBuffer::new("shadow sources", BufferUsages::UNIFORM),
             caster_uniform: DynamicBuffer::new("caster views", BufferUsages::UNIFORM),
             blur_uniform: DynamicBuffer::new("blurs", BufferUsages::UNIFORM),
+            shown_uniform: DynamicBuffer::new("shown shadow map", BufferUsages::UNIFORM),
             caster_group: None,
             sampler: None,
             group: None,
@@ -255,11 +263,11 @@ impl ShadowTable {
         let around = Surroundings { lights, up: scene.up, view, boxes: &taking_part };
         let camera_clip = clip_from_world(view);
 
+        let mut changed = self.maps.len() != sources.indices.len();
         self.maps.resize_with(sources.indices.len(), || None);
         let mut uniforms = Vec::new();
         let mut caster_views: Vec<GpuCasterView> = Vec::new();
         let mut blurs = Vec::new();
-        let mut changed = false;
         for (slot, &index) in sources.indices.iter().enumerate() {
             let source = &shadows.sources[index];
             let settings = source.settings;

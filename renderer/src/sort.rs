@@ -6,6 +6,7 @@ use aam_scene::Scene;
 use glam::{DVec3, Vec3};
 
 use crate::RenderError;
+use crate::displacement::DisplacementTable;
 use crate::draws::{DrawList, Instance, mesh_of};
 use crate::meshes::{MeshTable, cpu_positions};
 
@@ -47,27 +48,31 @@ struct Item {
     instance: u32,
     placed: Instance,
     mesh_serial: u64,
+    /// Of its displaced surface, 0 if it has none.
+    surface_serial: u64,
     frame: usize,
     indices: Range<u32>,
 }
 
 impl Sorted {
     /// Sorts the blended batches of a list as seen from `eye` along `direction`. Returns false if the order was known.
+    #[expect(clippy::too_many_arguments, reason = "all of it decides about the order")]
     pub(crate) fn update(
         &mut self,
         scene: &Scene,
         list: &DrawList,
         meshes: &MeshTable,
+        displacements: &DisplacementTable,
         frame: usize,
         eye: Vec3,
         direction: Vec3,
     ) -> Result<bool, RenderError> {
-        let signature = Signature { eye, direction, items: items(scene, list, meshes, frame) };
+        let signature = Signature { eye, direction, items: items(scene, list, meshes, displacements, frame) };
         if self.found_from.as_ref() == Some(&signature) {
             return Ok(false);
         }
         self.found_from = None;
-        self.sort(scene, list, meshes, &signature)?;
+        self.sort(scene, list, meshes, displacements, &signature)?;
         self.found_from = Some(signature);
         Ok(true)
     }
@@ -77,6 +82,7 @@ impl Sorted {
         scene: &Scene,
         list: &DrawList,
         meshes: &MeshTable,
+        displacements: &DisplacementTable,
         signature: &Signature,
     ) -> Result<(), RenderError> {
         let total: usize = signature.items.iter().map(|item| item.indices.len() / 3).sum();
@@ -92,11 +98,16 @@ impl Sorted {
         let mut triangles: Vec<(u32, [u32; 3])> = Vec::with_capacity(total);
         let mut keys: Vec<u64> = Vec::with_capacity(total);
         for (number, item) in (0..).zip(&signature.items) {
-            let mesh = mesh_of(scene, &list.blended[item.batch]);
-            let Some(gpu_mesh) = meshes.get(mesh) else { continue };
-            let positions = cpu_positions(mesh, item.frame);
+            let batch = &list.blended[item.batch];
+            let mesh = mesh_of(scene, batch);
+            let surface = batch.displaced.and_then(|key| displacements.get(key)?.sorting.as_ref());
+            let (positions, indices) = match (surface, meshes.get(mesh)) {
+                (Some(surface), _) => (&surface.positions[..], &surface.indices[..]),
+                (None, Some(gpu_mesh)) => (cpu_positions(mesh, item.frame), gpu_mesh.cpu_indices(mesh)),
+                (None, None) => continue,
+            };
             let (gradient, offset) = depth_function(&item.placed, signature.eye, signature.direction);
-            let indices = &gpu_mesh.cpu_indices(mesh)[item.indices.start as usize..item.indices.end as usize];
+            let indices = &indices[item.indices.start as usize..item.indices.end as usize];
             for triangle in indices.chunks_exact(3) {
                 let triangle = [triangle[0], triangle[1], triangle[2]];
                 if triangle[0] == triangle[1] || triangle[1] == triangle[2] || triangle[2] == triangle[0] {
@@ -133,18 +144,27 @@ impl Sorted {
 }
 
 /// Batches by instance, in the order of the scene's nodes and their subsets.
-fn items(scene: &Scene, list: &DrawList, meshes: &MeshTable, frame: usize) -> Vec<Item> {
+fn items(
+    scene: &Scene,
+    list: &DrawList,
+    meshes: &MeshTable,
+    displacements: &DisplacementTable,
+    frame: usize,
+) -> Vec<Item> {
     let mut items: Vec<Item> = Vec::new();
     for (number, batch) in list.blended.iter().enumerate() {
         let mesh = mesh_of(scene, batch);
         let mesh_serial = meshes.get(mesh).map_or(0, |mesh| mesh.serial);
+        let surface = batch.displaced.and_then(|key| displacements.get(key)?.sorting.as_ref());
+        let surface_serial = surface.map_or(0, |surface| surface.serial);
         items.extend(batch.instances.clone().map(|instance| Item {
             batch: number,
             instance,
             placed: list.instances[instance as usize],
             mesh_serial,
+            surface_serial,
             frame: frame.min(mesh.frames.len()),
-            indices: batch.indices.clone(),
+            indices: surface.map_or(batch.indices.clone(), |surface| 0..surface.indices.len() as u32),
         }));
     }
     items.sort_by_key(|item| (list.nodes[item.instance as usize], list.blended[item.batch].subset));

@@ -17,6 +17,8 @@ pub struct FrameStats {
     pub triangles: u64,
     /// Of these, triangles sorted back to front.
     pub sorted_triangles: u64,
+    /// Points of displaced surfaces that were worked out for this frame: 0 while nothing about them changes.
+    pub displaced_points: u64,
     /// Pipelines built for this frame: 0 once everything in view was drawn before.
     pub pipelines_built: u32,
     /// Bytes copied to the GPU for this frame.
@@ -80,6 +82,8 @@ pub struct Resources {
     pub meshes: usize,
     /// Vertex and index buffers of those meshes; a stream that no shader reads is not there.
     pub mesh_buffers: usize,
+    /// Displaced surfaces: one for each subset of a mesh that a displacement map moves.
+    pub displaced_surfaces: usize,
     /// Textures (of material layers and backgrounds).
     pub textures: usize,
     /// Materials.
@@ -92,6 +96,8 @@ pub struct Resources {
     pub targets: usize,
     /// Shadow maps: one for each source, whatever its layers.
     pub shadow_maps: usize,
-    /// Bytes in mesh buffers, textures and shadow maps.
+    /// Bytes in mesh buffers, displaced surfaces, textures, environments and shadow maps.
     pub bytes: u64,
+    /// Of these, bytes of environments.
+    pub environment_bytes: u64,
 }

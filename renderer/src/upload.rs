@@ -52,12 +52,47 @@ impl<'a> Uploader<'a> {
         self.bytes += contents.len() as u64;
     }
 
+    /// Fills rows of a texture without mip levels.
+    pub(crate) fn write_rows(
+        &mut self,
+        texture: &wgpu::Texture,
+        first: u32,
+        (width, height): (u32, u32),
+        bytes_per_texel: u32,
+        contents: &[u8],
+    ) {
+        let origin = wgpu::Origin3d { x: 0, y: first, z: 0 };
+        self.gpu.queue().write_texture(
+            wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
+            contents,
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(width * bytes_per_texel),
+                rows_per_image: Some(height),
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+        self.bytes += contents.len() as u64;
+    }
+
     /// Fills one level of a texture.
     pub(crate) fn write_level(
         &mut self,
         texture: &wgpu::Texture,
         mip_level: u32,
         (width, height): (u32, u32),
+        bytes_per_texel: u32,
+        contents: &[u8],
+    ) {
+        self.write_layers(texture, mip_level, (width, height, 1), bytes_per_texel, contents);
+    }
+
+    /// Fills one level of all layers of a texture.
+    pub(crate) fn write_layers(
+        &mut self,
+        texture: &wgpu::Texture,
+        mip_level: u32,
+        (width, height, depth_or_array_layers): (u32, u32, u32),
         bytes_per_texel: u32,
         contents: &[u8],
     ) {
@@ -69,7 +104,7 @@ impl<'a> Uploader<'a> {
                 bytes_per_row: Some(width * bytes_per_texel),
                 rows_per_image: Some(height),
             },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            wgpu::Extent3d { width, height, depth_or_array_layers },
         );
         self.bytes += contents.len() as u64;
     }

@@ -1,6 +1,7 @@
 //! The scene file (`*.scene.toml`): which assets stand where, lights, shadows, cameras, background, and what is hidden.
 
 mod assemble;
+mod environment;
 mod form;
 mod shadow;
 mod shadow_form;
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 use aam::{FileError, Limits, Position};
 use glam::{Affine3A, EulerRot, Quat, Vec3};
 
-use crate::{Camera, Light, Shading, Up};
+use crate::{Camera, EnvironmentPictures, Light, Shading, SpecularFilter, ToneMap, Up};
 
 pub use shadow::{LightEntry, MemberEntry, ShadowEntry, ShadowsEntry};
 
@@ -29,12 +30,24 @@ const MAX_SIZE: u64 = 16 << 20;
 /// ```toml
 /// up = "z"                     # or "y"
 /// shading = "source"           # or "linear"
+/// exposure = 0                 # stops
+/// tone_map = "clamp"           # or "reinhard", "aces", "neutral"
 /// active_camera = "front"
 ///
-/// [background]                 # one of the three
+/// [background]                 # one of the four
 /// color = [0.18, 0.2, 0.23]    # sRGB
 /// # picture = "sky.png"
 /// # transparent = true
+/// # environment = true         # the sky box; without a background it is there if there is an environment
+///
+/// [environment]                # light from all around, instead of lights
+/// picture = "sky.hdr"          # a panorama, or the cross of a cube; relative to this file, in its folder or below
+/// # faces = { right = "px.hdr", left = "nx.hdr", up = "py.hdr", down = "ny.hdr", front = "pz.hdr", back = "nz.hdr" }
+/// diffuse = true               # it lights the diffuse terms of materials
+/// specular = true              # surfaces reflect it
+/// filter = "phong"             # or "mirror"; without it as the shading asks: mirror for source, phong for linear
+/// rotation = 30                # degrees about up, counter-clockwise seen from above
+/// intensity = 1
 ///
 /// [[asset]]
 /// path = "helmet.gltf"         # relative to this file
@@ -85,8 +98,14 @@ pub struct SceneFile {
     pub up: Option<Up>,
     /// The values that lighting computes on; `None` leaves it to the assets: linear if one of them asks for it.
     pub shading: Option<Shading>,
-    /// What is behind everything; `None` means the default colour.
+    /// Exposure in stops; `None` means 0.
+    pub exposure: Option<f32>,
+    /// How light beyond white is shown; `None` means cut.
+    pub tone_map: Option<ToneMap>,
+    /// What is behind everything; `None` means the environment, or the default colour.
     pub background: Option<BackgroundEntry>,
+    /// Light from all around.
+    pub environment: Option<EnvironmentEntry>,
     /// The name of the camera to look through first.
     pub active_camera: Option<String>,
     /// The assets.
@@ -108,6 +127,25 @@ pub enum BackgroundEntry {
     Color(Vec3),
     /// A picture, relative to the scene file, in its folder or below.
     Picture(PathBuf),
+    /// The environment.
+    Environment,
+}
+
+/// Light from all around: what [`crate::Environment`] is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentEntry {
+    /// The pictures, relative to the scene file, in its folder or below.
+    pub pictures: EnvironmentPictures<PathBuf>,
+    /// It lights the diffuse terms of materials.
+    pub diffuse: bool,
+    /// Surfaces with a specular term reflect it.
+    pub specular: bool,
+    /// How sharply; `None` leaves it to the shading.
+    pub filter: Option<SpecularFilter>,
+    /// Degrees about the up axis, counter-clockwise seen from above.
+    pub rotation: f32,
+    /// Factor for all of it.
+    pub intensity: f32,
 }
 
 /// An asset and where it stands.

@@ -7,19 +7,24 @@
 //! maps are data.
 
 mod build;
+pub mod displacement;
+mod environment;
 mod file;
 mod frames;
 mod materials;
 mod mesh;
+mod pose;
 mod shadow;
 mod texture;
 mod types;
 mod weld;
 
 pub use build::{BuildOptions, Built, build, object_nodes};
+pub use displacement::{DisplacementError, DisplacementMode};
+pub use environment::*;
 pub use file::{
-    AssetEntry, BackgroundEntry, LightEntry, MemberEntry, NodeEntry, SCENE_EXTENSION, SceneFile, SceneFileError,
-    SceneSyntaxError, ShadowEntry, ShadowsEntry,
+    AssetEntry, BackgroundEntry, EnvironmentEntry, LightEntry, MemberEntry, NodeEntry, SCENE_EXTENSION, SceneFile,
+    SceneFileError, SceneSyntaxError, ShadowEntry, ShadowsEntry,
 };
 pub use shadow::*;
 pub use texture::{FolderTextures, FoundTexture, NoTextures, TextureData, TextureSource, load_texture};

@@ -13,9 +13,6 @@ use crate::materials::Textures;
 use crate::weld::{Bits, first_corners, weld};
 use crate::{Aabb, Displacement, MaterialId, Mesh, MeshId, Subset};
 
-/// The finest cut of an edge that displacement may ask for.
-const MAX_TESSELLATION: u32 = 4096;
-
 /// What all meshes of a document are made with.
 pub(crate) struct Shared<'a> {
     pub(crate) materials: &'a Materials,
@@ -134,11 +131,10 @@ fn join_subsets(mesh: &ObjectMesh, ids: &[MaterialId]) -> (Vec<usize>, Vec<Subse
 }
 
 fn displacement(object: &Object) -> Option<Displacement> {
-    let finite = |value: f32| if value.is_finite() { value } else { 0.0 };
     object.displacement.map(|written| Displacement {
-        tessellation: written.tessellation.clamp(1, MAX_TESSELLATION),
-        bias: finite(written.bias),
-        scale: finite(written.scale),
+        tessellation: written.tessellation.max(1),
+        bias: written.bias,
+        scale: written.scale,
     })
 }
 

@@ -195,6 +195,15 @@ impl FolderTextures {
 /// # Errors
 /// Why it cannot be read or decoded, or which limit it breaks, in words for people.
 pub fn load_texture(found: &FoundTexture, limits: &Limits) -> Result<Image, String> {
+    let mut image = decode_found(found, limits)?;
+    if let Pixels::RgbF32(values) = &mut image.pixels {
+        values.iter_mut().for_each(|value| *value = finite(*value));
+    }
+    Ok(image)
+}
+
+/// [`load_texture`] with floats as they stand in the file.
+pub(crate) fn decode_found(found: &FoundTexture, limits: &Limits) -> Result<Image, String> {
     let read;
     let bytes: &[u8] = match &found.data {
         TextureData::OnDisk(path) => {
@@ -238,7 +247,7 @@ fn decode(bytes: &[u8], name: &Path, limits: &Limits) -> Result<Image, String> {
         | DynamicImage::ImageRgb16(_)
         | DynamicImage::ImageRgba16(_) => Pixels::Rgba16(decoded.into_rgba16().into_raw()),
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
-            Pixels::RgbF32(decoded.into_rgb32f().into_raw().into_iter().map(finite).collect())
+            Pixels::RgbF32(decoded.into_rgb32f().into_raw())
         }
         _ => Pixels::Rgba8(decoded.into_rgba8().into_raw()),
     };

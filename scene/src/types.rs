@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-use crate::Shadows;
+use crate::{Environment, Shadows, ToneMap};
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -59,8 +59,14 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// What is behind everything.
     pub background: Background,
+    /// Light from all around. Where it lights, it takes the place of the lights and of ambient colours.
+    pub environment: Option<Environment>,
     /// On which values lighting computes.
     pub shading: Shading,
+    /// Exposure in stops: surfaces and the sky box appear brighter by 2 to this power.
+    pub exposure: f32,
+    /// How light beyond white is shown.
+    pub tone_map: ToneMap,
     /// Animation over time, if any mesh or node moves.
     pub animation: Option<Animation>,
     /// Shadows, if there are any.
@@ -215,6 +221,14 @@ impl Aabb {
         if self.is_empty() { Vec3::ZERO } else { 0.5 * (self.min + self.max) }
     }
 
+    /// Its eight corners; of an empty one they mean nothing.
+    pub fn corners(&self) -> [Vec3; 8] {
+        std::array::from_fn(|corner| {
+            let pick = |bit: usize| if corner >> bit & 1 == 0 { self.min[bit] } else { self.max[bit] };
+            Vec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
     /// Length of the diagonal; 0 when empty.
     pub fn diagonal(&self) -> f32 {
         // Squares of large coordinates leave the range of 32 bits.
@@ -226,9 +240,7 @@ impl Aabb {
     pub fn fitting_distance(&self, [right, up, backward]: [Vec3; 3], tangents: Vec2) -> (f32, f32) {
         let half = if self.is_empty() { Vec3::ZERO } else { 0.5 * self.max - 0.5 * self.min };
         let (mut distance, mut depth) = (0.0_f32, 0.0_f32);
-        for corner in 0..8 {
-            let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-            let corner = half * Vec3::new(sign(0), sign(1), sign(2));
+        for corner in (Self { min: -half, max: half }).corners() {
             let towards = corner.dot(backward);
             depth = depth.max(towards);
             let aside = (corner.dot(right).abs() / tangents.x).max(corner.dot(up).abs() / tangents.y);
@@ -243,14 +255,7 @@ impl Aabb {
         if self.is_empty() {
             return *self;
         }
-        Self::of((0..8).map(|corner| {
-            let pick = |bit: u8, low: f32, high: f32| if corner & bit == 0 { low } else { high };
-            transform.transform_point3(Vec3::new(
-                pick(1, self.min.x, self.max.x),
-                pick(2, self.min.y, self.max.y),
-                pick(4, self.min.z, self.max.z),
-            ))
-        }))
+        Self::of(self.corners().map(|corner| transform.transform_point3(corner)))
     }
 }
 
@@ -522,6 +527,8 @@ pub enum Background {
     Color(Vec3),
     /// A picture that fills the viewport.
     Picture(Arc<Image>),
+    /// The sky box: [`Scene::environment`], or the default colour where there is none.
+    Environment,
 }
 
 impl Default for Background {
@@ -591,14 +598,14 @@ impl Scene {
         visible
     }
 
-    /// The box around all visible meshes in the world.
+    /// The box around all visible meshes in the world, wherever displacement maps may move them.
     pub fn bounds(&self) -> Aabb {
         let world = self.world_transforms();
         let visible = self.visibility();
         let mut bounds = Aabb::EMPTY;
         for (index, node) in self.nodes.iter().enumerate() {
             if let (true, Some(mesh)) = (visible[index], node.mesh.and_then(|id| self.meshes.get(id.index()))) {
-                bounds = bounds.union(&mesh.bounds.transformed(&world[index]));
+                bounds = bounds.union(&crate::displacement::bounds(mesh).transformed(&world[index]));
             }
         }
         bounds
@@ -618,6 +625,11 @@ impl Scene {
             shape: None,
         };
         (vec![head], true)
+    }
+
+    /// The environment that takes the place of lights, if there is one.
+    pub fn lighting_environment(&self) -> Option<&Environment> {
+        self.environment.as_ref().filter(|environment| environment.is_lit_by())
     }
 
     /// A perspective camera that sees everything, from the front, the right and a little above.

@@ -1,5 +1,6 @@
 //! The verbs.
 
+pub(crate) mod chart;
 pub(crate) mod check;
 pub(crate) mod completions;
 pub(crate) mod convert;

@@ -4,16 +4,17 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use aam_convert::Progress;
-use aam_renderer::{Gpu, GpuError, Msaa, RenderOptions, Renderer};
-use aam_scene::{Background, Camera, Image, Scene, Shading, View};
+use aam_renderer::{Gpu, GpuError, Msaa, RenderOptions, Renderer, Show};
+use aam_scene::{Background, Camera, DisplacementMode, Image, Scene, Shading, View, displacement};
 
-use crate::cli::{Engine, LightSize, RenderArgs, Shading as ShadingArg};
+use crate::args::{ShowArg, Size};
+use crate::cli::{Displacement, Engine, RenderArgs, Shading as ShadingArg};
 use crate::failure::Failure;
 use crate::open::{self, OpenedScene};
 use crate::picture::{self, Destination};
 use crate::progress::Bar;
 use crate::terminal::Terminal;
-use crate::{args, camera, human};
+use crate::{args, camera, environment, human, shadows};
 
 /// Warnings about a file that are shown without `-v`.
 const SHOWN: usize = 5;
@@ -46,8 +47,32 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<ExitCode, Fa
     tell(&opened, terminal);
     let mut scene = opened.scene;
     apply(args, &mut scene, terminal)?;
-    let base = camera::choose(args, &scene, opened.camera.as_ref())?;
+    if args.pixel_error.is_some() && args.displacement != Displacement::Adaptive {
+        return Err(Failure::new("--pixel-error is for adaptive tessellation").help("add --displacement adaptive"));
+    }
+    if args.displacement != Displacement::Off {
+        let warnings = scene.meshes.iter().flat_map(|mesh| displacement::warnings(mesh));
+        warnings.for_each(|warning| terminal.warning(warning));
+    }
     let mut engine = choose_engine(args, device, terminal)?;
+    match &mut engine {
+        Drawer::Gpu { show, .. } => {
+            shadows::on_gpu(args.shadows, &mut scene)?;
+            *show = shadows::show(&args.show, &scene)?;
+        }
+        Drawer::Reference { shadows, .. } => {
+            if args.show != ShowArg::Lit {
+                return Err(Failure::new("the reference engine draws lit pictures only").help("leave --show out"));
+            }
+            *shadows = shadows::traced(args.shadows, &scene, args.bounces > 0)?;
+        }
+    }
+    let base = camera::choose(args, &scene, opened.camera.as_ref())?;
+    if let Drawer::Gpu { .. } = engine {
+        let Size { width, height } = args.size;
+        let view = View { camera: base.clone(), width, height, frame: args.frame };
+        shadows::limits(&scene, &view, terminal.verbose()).into_iter().for_each(|limit| terminal.note(limit));
+    }
     let pictures = args.turntable.unwrap_or(1);
     let mut bytes = 0;
     for number in 0..pictures {
@@ -58,8 +83,10 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<ExitCode, Fa
         };
         let image = engine.draw(args, &scene, camera, &mut times, &progress)?;
         if number == 0 && engine.lit_by_camera() {
-            terminal.note("the scene has no lights; it is lit by one at the camera");
+            let no_shadows = if args.shadows.is_some() { ", which sees no shadows" } else { "" };
+            terminal.note(format_args!("the scene has no lights; it is lit by one at the camera{no_shadows}"));
         }
+        engine.warnings().for_each(|warning| terminal.warning(warning));
         let encoding = Instant::now();
         let png = picture::encode(&image)?;
         times.add("encode", encoding.elapsed());
@@ -146,6 +173,7 @@ pub(crate) fn warning_text(finding: &aam::Finding) -> String {
 }
 
 fn apply(args: &RenderArgs, scene: &mut Scene, terminal: &Terminal) -> Result<(), Failure> {
+    environment::apply(&args.environment, scene, &args.read.limits.limits(), terminal)?;
     match args.background {
         Some(args::Background::Transparent) => scene.background = Background::Transparent,
         Some(args::Background::Color(color)) => scene.background = Background::Color(color),
@@ -164,6 +192,7 @@ fn apply(args: &RenderArgs, scene: &mut Scene, terminal: &Terminal) -> Result<()
         terminal.note("shaded in linear light, for --bounces needs that");
         scene.shading = Shading::Linear;
     }
+    environment::tell(&args.environment, scene, terminal);
     Ok(())
 }
 
@@ -177,10 +206,19 @@ fn tell_progress(progress: &Bar, number: u32, args: &RenderArgs, engine: &Drawer
     }
 }
 
+fn displacement_mode(args: &RenderArgs) -> DisplacementMode {
+    match args.displacement {
+        Displacement::Off => DisplacementMode::Off,
+        Displacement::Parallax => DisplacementMode::Parallax,
+        Displacement::Uniform => DisplacementMode::Uniform,
+        Displacement::Adaptive => DisplacementMode::Adaptive { pixel_error: args.pixel_error.unwrap_or(1.0) },
+    }
+}
+
 /// One of the two that draw.
 enum Drawer {
-    Gpu { renderer: Box<Renderer>, msaa: Msaa, camera_light: bool },
-    Reference { camera_light: bool },
+    Gpu { renderer: Box<Renderer>, msaa: Msaa, show: Show, camera_light: bool, warnings: Vec<String> },
+    Reference { camera_light: bool, shadows: Option<aam_reference::LightSize> },
 }
 
 fn choose_engine(
@@ -188,7 +226,7 @@ fn choose_engine(
     device: Option<Result<Gpu, GpuError>>,
     terminal: &Terminal,
 ) -> Result<Drawer, Failure> {
-    let reference = Drawer::Reference { camera_light: false };
+    let reference = Drawer::Reference { camera_light: false, shadows: None };
     match device {
         None => Ok(reference),
         Some(Ok(_)) if args.bounces > 0 => {
@@ -197,7 +235,8 @@ fn choose_engine(
         Some(Ok(gpu)) => {
             let samples = args.msaa.parse::<u32>().unwrap_or_default();
             let msaa = Msaa::try_from(samples).map_err(Failure::new)?;
-            Ok(Drawer::Gpu { renderer: Box::new(Renderer::new(gpu)), msaa, camera_light: false })
+            let renderer = Box::new(Renderer::new(gpu));
+            Ok(Drawer::Gpu { renderer, msaa, show: Show::Lit, camera_light: false, warnings: Vec::new() })
         }
         Some(Err(error)) if args.engine == Some(Engine::Gpu) => {
             Err(Failure::new(error).help("--engine reference draws on the CPU"))
@@ -220,8 +259,9 @@ impl Drawer {
     ) -> Result<Image, Failure> {
         let view = View { camera, width: args.size.width, height: args.size.height, frame: args.frame };
         match self {
-            Self::Gpu { renderer, msaa, camera_light } => {
-                let options = RenderOptions { msaa: *msaa, ..RenderOptions::default() };
+            Self::Gpu { renderer, msaa, show, camera_light, warnings } => {
+                let displacement = displacement_mode(args);
+                let options = RenderOptions { msaa: *msaa, show: *show, displacement, ..RenderOptions::default() };
                 let (image, stats) = renderer
                     .render_to_image(scene, &view, &options)
                     .map_err(|error| Failure::new(error).help("--engine reference draws on the CPU"))?;
@@ -230,19 +270,18 @@ impl Drawer {
                 times.add("pipelines", milliseconds(stats.cpu.pipelines_ms));
                 times.add("draw", milliseconds(stats.cpu.sort_ms + stats.cpu.encode_ms + stats.cpu.read_back_ms));
                 *camera_light = stats.camera_light;
+                *warnings = stats.warnings;
                 Ok(image)
             }
-            Self::Reference { camera_light } => {
+            Self::Reference { camera_light, shadows } => {
                 let told = |fraction: f32| progress.step((fraction * PERCENT as f32) as u64);
                 let options = aam_reference::Options {
                     samples_per_pixel: args.samples,
-                    // Light that bounces without shadows would pass through walls.
-                    shadows: args.shadows.or((args.bounces > 0).then_some(LightSize::Area)).map(|size| match size {
-                        LightSize::Point => aam_reference::LightSize::Point,
-                        LightSize::Area => aam_reference::LightSize::Area,
-                    }),
+                    shadows: *shadows,
                     light_samples: args.light_samples,
+                    environment_samples: args.environment_samples,
                     bounces: args.bounces,
+                    displacement: displacement_mode(args),
                     progress: args.turntable.is_none().then_some(&told),
                     ..aam_reference::Options::default()
                 };
@@ -257,7 +296,15 @@ impl Drawer {
 
     fn lit_by_camera(&self) -> bool {
         match self {
-            Self::Gpu { camera_light, .. } | Self::Reference { camera_light } => *camera_light,
+            Self::Gpu { camera_light, .. } | Self::Reference { camera_light, .. } => *camera_light,
+        }
+    }
+
+    /// What the last picture had to leave out or do otherwise.
+    fn warnings(&self) -> impl Iterator<Item = &String> {
+        match self {
+            Self::Gpu { warnings, .. } => warnings.iter(),
+            Self::Reference { .. } => [].iter(),
         }
     }
 

@@ -1,6 +1,7 @@
-//! `aam tune`: the cheapest settings that are accurate enough for one file.
+//! `aam tune`: the cheapest settings that are accurate enough for a file.
 
 mod physics;
+mod shadows;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,7 +9,7 @@ use std::process::ExitCode;
 use clap::{Args, ValueHint};
 
 use crate::args;
-use crate::cli::ReadArgs;
+use crate::cli::{ReadArgs, TuneArgs, TuneWhat};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 
@@ -26,10 +27,7 @@ Exit codes: 0 done, 1 an object needs more hulls than --hulls allows, 2 it could
 
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct TuneArgs {
-    /// Find the fewest convex hulls with which bodies move as their surface would
-    #[arg(long, required = true)]
-    physics: bool,
+pub(crate) struct TunePhysicsArgs {
     /// File to tune for: .aam .gltf .glb .obj .stl .ply
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     file: PathBuf,
@@ -53,6 +51,8 @@ pub(crate) struct TuneArgs {
 }
 
 pub(crate) fn run(args: &TuneArgs, terminal: &Terminal) -> Result<ExitCode, Failure> {
-    // The only thing to tune for so far; clap asks for it.
-    physics::run(args, terminal)
+    match &args.what {
+        TuneWhat::Shadows(args) => shadows::run(args, terminal),
+        TuneWhat::Physics(args) => physics::run(args, terminal),
+    }
 }

@@ -11,13 +11,14 @@ use aam_scene::{NodeId, SceneFile};
 use aam_view::{Opened, Opener, Options, Outline, Saver, ViewError};
 
 use crate::cli::{ReadArgs, ViewArgs};
+use crate::demo::Demo;
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 use crate::verb::render::warning_text;
 use crate::{open, outlines};
 
 pub(crate) fn run(args: &ViewArgs, _terminal: &Terminal) -> Result<ExitCode, Failure> {
-    if let Some(file) = &args.file {
+    for file in &args.files {
         // Said here, where it can be mended, rather than in a window.
         let meta = std::fs::metadata(file).map_err(|error| Failure::io(file, "read", &error))?;
         if meta.is_dir() {
@@ -30,6 +31,7 @@ pub(crate) fn run(args: &ViewArgs, _terminal: &Terminal) -> Result<ExitCode, Fai
                 .help(format_args!("known extensions are {}", open::FORMATS)));
         }
     }
+    let demo = args.demo.then(Demo::unpack).transpose()?;
     let read = Arc::new(args.read.clone());
     let opener: Opener = Arc::new(move |path: &Path, stage: &dyn Fn(&str)| opened(path, &read, stage));
     let saver: Saver = Arc::new(|path, before, after, camera| {
@@ -37,7 +39,7 @@ pub(crate) fn run(args: &ViewArgs, _terminal: &Terminal) -> Result<ExitCode, Fai
     });
     let samples = args.msaa.parse::<u32>().unwrap_or_default();
     let options = Options {
-        file: args.file.clone(),
+        files: demo.as_ref().map_or_else(|| args.files.clone(), Demo::scenes),
         size: [args.size.width, args.size.height],
         msaa: Msaa::try_from(samples).map_err(Failure::new)?,
         opener,

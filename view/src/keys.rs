@@ -3,6 +3,7 @@
 use egui::{Context, InputState, Key, Modifiers};
 use glam::Vec3;
 
+use crate::demo::DemoAction;
 use crate::eye::Side;
 use crate::model::Action;
 
@@ -10,7 +11,7 @@ use crate::model::Action;
 const FLIGHT: f32 = 0.8;
 const FAST: f32 = 4.0;
 
-const PRESSED: [(Key, Action); 32] = [
+const PRESSED: [(Key, Action); 34] = [
     (Key::F, Action::Fit),
     (Key::Home, Action::Fit),
     (Key::Num1, Action::LookFrom(Side::Front)),
@@ -26,8 +27,10 @@ const PRESSED: [(Key, Action); 32] = [
     (Key::N, Action::Normals),
     (Key::B, Action::Bounds),
     (Key::K, Action::Hulls),
-    (Key::V, Action::Explode),
-    (Key::M, Action::Contacts),
+    (Key::M, Action::Shadows),
+    (Key::V, Action::LightView),
+    (Key::Y, Action::Explode),
+    (Key::U, Action::Contacts),
     (Key::Z, Action::Sleeping),
     (Key::G, Action::Simulate),
     (Key::J, Action::SimulateStep),
@@ -45,8 +48,21 @@ const PRESSED: [(Key, Action); 32] = [
     (Key::Escape, Action::Quit),
 ];
 
-/// What the keys of this frame ask for. Nothing while text is typed.
-pub(crate) fn actions(context: &Context) -> Vec<Action> {
+/// Keys of the shadow-mapping demo, before all others.
+const DEMO: [(Key, Action); 9] = [
+    (Key::Space, Action::Demo(DemoAction::NextScene)),
+    (Key::L, Action::LightView),
+    (Key::P, Action::Demo(DemoAction::Pause)),
+    (Key::U, Action::Demo(DemoAction::Resume)),
+    (Key::R, Action::Demo(DemoAction::Reset)),
+    (Key::ArrowUp, Action::Demo(DemoAction::Faster(5))),
+    (Key::ArrowDown, Action::Demo(DemoAction::Faster(-5))),
+    (Key::ArrowRight, Action::Demo(DemoAction::Faster(10))),
+    (Key::ArrowLeft, Action::Demo(DemoAction::Faster(-10))),
+];
+
+/// What the keys of this frame ask for; `demo` while the demo is shown. Nothing while text is typed.
+pub(crate) fn actions(context: &Context, demo: bool) -> Vec<Action> {
     if context.egui_wants_keyboard_input() {
         return Vec::new();
     }
@@ -55,7 +71,7 @@ pub(crate) fn actions(context: &Context) -> Vec<Action> {
         if input.consume_key(Modifiers::COMMAND, Key::S) {
             actions.push(Action::Save);
         }
-        for (key, action) in PRESSED {
+        for (key, action) in DEMO.into_iter().filter(|_| demo).chain(PRESSED) {
             // Slow frames may hold several presses.
             let presses = input.count_and_consume_key(Modifiers::NONE, key);
             actions.extend(std::iter::repeat_n(action, presses));

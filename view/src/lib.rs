@@ -4,6 +4,7 @@
 //! written ([`Saver`]); this crate knows scenes only.
 
 mod app;
+mod demo;
 mod error;
 mod eye;
 mod graphics;
@@ -40,8 +41,8 @@ pub type Saver = Arc<dyn Fn(&Path, &Scene, &Scene, &Camera) -> Result<PathBuf, S
 /// What the window shows, and how.
 #[derive(Clone)]
 pub struct Options {
-    /// The file to open first.
-    pub file: Option<PathBuf>,
+    /// The file to open first; several are shown as the shadow-mapping demo, with its keys.
+    pub files: Vec<PathBuf>,
     /// Width and height of the window in pixels.
     pub size: [u32; 2],
     /// Samples a pixel.
@@ -57,7 +58,7 @@ pub struct Options {
 impl fmt::Debug for Options {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Options")
-            .field("file", &self.file)
+            .field("files", &self.files)
             .field("size", &self.size)
             .field("msaa", &self.msaa)
             .field("formats", &self.formats)

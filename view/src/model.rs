@@ -1,6 +1,7 @@
 //! What the window shows and what the user changed in it.
 
 mod draw;
+mod shadows;
 #[cfg(test)]
 mod tests;
 
@@ -8,16 +9,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use aam_renderer::{FrameStats, Msaa, Shape, Show};
-use aam_scene::{Aabb, Background, Layer, Light, NodeId, Scene};
+use aam_renderer::{FrameStats, Msaa, ShadowLimit, Shape, Show};
+use aam_scene::{Aabb, Background, DisplacementMode, Layer, Light, NodeId, Scene};
 use glam::Affine3A;
 
+use crate::demo::{Demo, DemoAction};
 use crate::eye::{Eye, Side};
 use crate::load::Loader;
 use crate::playback::Playback;
 use crate::simulation::Simulation;
 use crate::watch::Watch;
 use crate::{Opened, Options, Saver, pose};
+
+pub(crate) use shadows::Step;
 
 /// How long a message stays.
 const NOTICE: Duration = Duration::from_secs(6);
@@ -34,6 +38,11 @@ pub(crate) enum Action {
     Normals,
     Bounds,
     Hulls,
+    /// Shadows on or off.
+    Shadows,
+    /// The view of the next shadow source.
+    LightView,
+    Demo(DemoAction),
     Explode,
     Contacts,
     Sleeping,
@@ -61,6 +70,8 @@ pub(crate) struct Display {
     pub(crate) normals: bool,
     pub(crate) bounds: bool,
     pub(crate) hulls: bool,
+    pub(crate) displacement: DisplacementMode,
+    pub(crate) no_shadows: bool,
     /// How far the parts of collision shapes stand apart, from 0; above, they are drawn in place of the objects.
     pub(crate) explode: f32,
     pub(crate) contacts: bool,
@@ -71,8 +82,11 @@ pub(crate) struct Display {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Edited {
     lights: bool,
+    shadows: bool,
     background: bool,
     shading: bool,
+    environment: bool,
+    display: bool,
     visibility: bool,
 }
 
@@ -105,6 +119,13 @@ pub(crate) struct Model {
     pub(crate) eye: Eye,
     pub(crate) display: Display,
     pub(crate) playback: Playback,
+    pub(crate) demo: Option<Demo>,
+    /// The shadow source that the picture is seen from.
+    pub(crate) light_view: Option<usize>,
+    /// Where the setting of each shadow source does not hold.
+    pub(crate) shadow_notes: Vec<Vec<ShadowLimit>>,
+    /// When they were found out.
+    noted: Option<Instant>,
     pub(crate) simulation: Simulation,
     pub(crate) selected: Option<NodeId>,
     edited: Edited,
@@ -143,6 +164,10 @@ impl Model {
             eye: Eye::new(scene.up, Aabb::EMPTY, 1.5),
             display: Display::default(),
             playback: Playback::default(),
+            demo: Demo::new(&options.files),
+            light_view: None,
+            shadow_notes: Vec::new(),
+            noted: None,
             simulation: Simulation::default(),
             selected: None,
             edited: Edited::default(),
@@ -154,7 +179,7 @@ impl Model {
             outlines: None,
             settling: 0,
         };
-        if let Some(file) = &options.file {
+        if let Some(file) = options.files.first() {
             model.open(file);
         }
         model
@@ -192,6 +217,7 @@ impl Model {
                     self.edited = Edited::default();
                     self.unsaved = false;
                     self.selected = None;
+                    self.light_view = None;
                     self.playback = Playback { playing: opened.scene.animation.is_some(), frame: 0.0 };
                 }
                 let bounds = opened.scene.bounds();
@@ -205,8 +231,13 @@ impl Model {
                     }
                 }
                 self.follow(&finished.path, &opened);
+                if let Some(demo) = &mut self.demo {
+                    demo.adopt(&opened.scene);
+                    demo.pose(&mut opened.scene);
+                }
                 self.opened = Some(opened);
                 self.generation += 1;
+                self.noted = None;
                 self.settling = 3;
                 self.stale = true;
             }
@@ -222,17 +253,29 @@ impl Model {
         }
     }
 
-    /// Lights, background and visibility that the user set outlive a reload.
+    /// Lights, shadows, background and visibility that the user set outlive a reload.
     fn carry_over(&mut self, opened: &mut Opened) {
         let Some(before) = &self.opened else { return };
         if self.edited.lights {
             opened.scene.lights.clone_from(&before.scene.lights);
+        }
+        if self.edited.shadows {
+            opened.scene.shadows = shadows::carried(&before.scene, &opened.scene);
         }
         if self.edited.background {
             opened.scene.background = before.scene.background.clone();
         }
         if self.edited.shading {
             opened.scene.shading = before.scene.shading;
+        }
+        if self.edited.display {
+            (opened.scene.exposure, opened.scene.tone_map) = (before.scene.exposure, before.scene.tone_map);
+        }
+        if let (true, Some(new), Some(edited)) =
+            (self.edited.environment, &mut opened.scene.environment, &before.scene.environment)
+        {
+            // The picture may be another one.
+            *new = aam_scene::Environment { map: Arc::clone(&new.map), ..edited.clone() };
         }
         let same_name = |scene: &Scene, name: &str| scene.nodes.iter().position(|node| node.name == name);
         if self.edited.visibility {
@@ -300,12 +343,12 @@ impl Model {
             Action::Fit => self.fit(),
             Action::LookFrom(side) => {
                 self.eye.look_from(side);
-                self.stale = true;
+                self.look_from_source(None);
             }
             Action::LookThrough(index) => {
                 if let Some(camera) = self.opened.as_ref().and_then(|opened| opened.scene.cameras.get(index)) {
                     self.eye.look_through(camera);
-                    self.stale = true;
+                    self.look_from_source(None);
                 }
             }
             Action::Orthographic => {
@@ -325,6 +368,9 @@ impl Model {
                     self.say("This file has no collision shapes.");
                 }
             }
+            Action::Shadows => self.toggle_shadows(),
+            Action::LightView => self.next_light_view(),
+            Action::Demo(action) => self.act_demo(action),
             Action::Explode => {
                 self.display.explode = if self.display.explode > 0.0 { 0.0 } else { 1.0 };
                 self.display.hulls = self.display.explode > 0.0;
@@ -381,7 +427,17 @@ impl Model {
         let selected = self.selected.map(|id| pose::bounds_below(&opened.scene, &self.world(), id));
         let bounds = selected.filter(|bounds| !bounds.is_empty()).unwrap_or_else(|| opened.scene.bounds());
         self.eye.fit(bounds, self.aspect);
-        self.stale = true;
+        self.look_from_source(None);
+    }
+
+    fn act_demo(&mut self, action: DemoAction) {
+        let Some(demo) = &mut self.demo else { return };
+        if let Some(next) = demo.act(action).map(Path::to_owned) {
+            self.open(&next);
+        } else if let Some(opened) = &mut self.opened {
+            demo.pose(&mut opened.scene);
+            self.stale = true;
+        }
     }
 
     fn simulate(&mut self, act: impl FnOnce(&mut Simulation, &Opened) -> Result<Option<String>, String>) {
@@ -407,6 +463,13 @@ impl Model {
 
     /// Lets time pass for the simulation and the animation; true while one of them plays.
     pub(crate) fn advance(&mut self, time: Duration) -> bool {
+        if let (Some(demo), Some(opened)) = (&mut self.demo, &mut self.opened)
+            && demo.advance(time)
+        {
+            demo.pose(&mut opened.scene);
+            self.stale = true;
+            return true;
+        }
         let advanced = self.simulation.advance(time, self.display.contacts);
         self.stale |= advanced.moved;
         if let Some(reason) = advanced.stopped {
@@ -446,6 +509,24 @@ impl Model {
         if let Some(opened) = &mut self.opened {
             opened.scene.shading = shading;
             self.edited.shading = true;
+            self.touched();
+        }
+    }
+
+    /// The user changed the light from all around.
+    pub(crate) fn set_environment(&mut self, environment: aam_scene::Environment) {
+        if let Some(opened) = &mut self.opened {
+            opened.scene.environment = Some(environment);
+            self.edited.environment = true;
+            self.touched();
+        }
+    }
+
+    /// The user changed how light is shown.
+    pub(crate) fn set_display(&mut self, exposure: f32, tone_map: aam_scene::ToneMap) {
+        if let Some(opened) = &mut self.opened {
+            (opened.scene.exposure, opened.scene.tone_map) = (exposure, tone_map);
+            self.edited.display = true;
             self.touched();
         }
     }

@@ -146,7 +146,7 @@ mod tests {
         let mut scene = stack();
         let world = world_at(&scene, 0);
         let (above, down) = (Vec3::new(5.5, 0.5, 9.0), Vec3::NEG_Z);
-        let pick = |scene: &Scene, from, along| super::pick(scene, &world, from, along);
+        let pick = |scene: &Scene, from, along| pick(scene, &world, from, along);
         assert_eq!(pick(&scene, above, down), Some((NodeId(1), Vec3::new(5.5, 0.5, 1.0))));
         assert_eq!(pick(&scene, above, Vec3::Z), None);
         assert_eq!(pick(&scene, Vec3::new(0.5, 0.5, 9.0), down), None);

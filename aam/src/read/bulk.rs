@@ -6,6 +6,7 @@ use super::fault::{Fault, Parsed, Rest};
 use super::number::{real, skip_space};
 use super::short::{self, text_start};
 use super::tags::{fits, not_finite};
+use crate::large_pages::in_large_pages;
 
 /// Rows of `N` reals after a list's tag and count.
 pub(crate) fn rows<'a, const N: usize>(
@@ -27,7 +28,7 @@ fn text_rows<'a, const N: usize>(
 ) -> Parsed<'a, Vec<[f32; N]>> {
     // A number takes a byte and the blank before it another.
     fits(at, rest, n, 2 * N, what)?;
-    let mut rows = vec![[0.0; N]; n];
+    let mut rows = in_large_pages(vec![[0.0; N]; n]);
     let mut left = rows.as_mut_slice();
     let mut end = cx.offset(rest);
     while !left.is_empty() {
@@ -104,7 +105,7 @@ fn binary_rows<'a, const N: usize>(
     let Some((data, tail)) = rest.split_at_checked(4 * N * n) else {
         return Fault::fatal(rest, "count/too-large", format!("the file ends inside the {what}"));
     };
-    let mut rows = Vec::with_capacity(n);
+    let mut rows = in_large_pages(Vec::with_capacity(n));
     let mut finite = true;
     rows.extend(data.chunks_exact(4 * N).map(|row| {
         let mut values = [0.0; N];

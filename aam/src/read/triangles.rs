@@ -8,6 +8,7 @@ use super::fault::{Fault, Parsed, Rest};
 use super::number::{index, integer, skip_space};
 use super::short::{Row as ShortRow, below, text_start};
 use crate::document::{Faces, Group, TexCounts, Triangle};
+use crate::large_pages::in_large_pages;
 
 /// What is known of an object before its triangles are read.
 #[derive(Clone, Copy)]
@@ -36,8 +37,8 @@ impl TriangleLists {
     /// Lists for a count that has been checked against the bytes left. Their memory is not touched before it is filled.
     pub(crate) fn new(triangles: usize, normals: bool) -> Self {
         Self {
-            corners: vec![[0; 4]; triangles],
-            normal_indices: vec![[0; 3]; if normals { triangles } else { 0 }],
+            corners: in_large_pages(vec![[0; 4]; triangles]),
+            normal_indices: in_large_pages(vec![[0; 3]; if normals { triangles } else { 0 }]),
             tex_indices: Vec::new(),
             counts: None,
             read: 0,
@@ -95,7 +96,7 @@ impl TriangleLists {
         let more = (self.corners.len() - self.read) * usize::from(layers);
         let length = self.tex_read + more.min(bytes_left / "TI:0 0 0".len());
         if self.tex_indices.len() < length {
-            let mut longer = vec![[0; 3]; length];
+            let mut longer = in_large_pages(vec![[0; 3]; length]);
             longer[..self.tex_read].copy_from_slice(&self.tex_indices[..self.tex_read]);
             self.tex_indices = longer;
         }

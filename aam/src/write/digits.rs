@@ -1,6 +1,4 @@
-//! The texts of short numbers, made without a loop over their digits.
-
-use wide::f32x4;
+//! The texts of usual numbers, made without a loop over their digits.
 
 /// A text of at most eight bytes, the first in the lowest byte, and how many they are.
 pub(crate) type ShortText = (u64, usize);
@@ -21,47 +19,108 @@ fn eight_digits(value: u64) -> u64 {
 /// A whole number from 0 to 99,999,999.
 #[inline(always)]
 pub(crate) fn short_integer(value: i64) -> Option<ShortText> {
-    if !(0..100_000_000).contains(&value) {
-        return None;
-    }
-    // Most smoothing numbers.
-    if value < 10 {
-        return Some((u64::from(b'0') + value as u64, 1));
-    }
-    let digits = eight_digits(value as u64);
-    let dropped = digits.trailing_zeros() & !7;
-    Some(((digits | ZEROS) >> dropped, 8 - dropped as usize / 8))
+    (0..100_000_000).contains(&value).then(|| integer_text(value as u64))
 }
 
-/// A decimal from 0.001 to 999.999, or 0, that has at most six digits without the zero before the point: what exporters print.
-/// It is also the shortest that reads back to this `f32`, since no two decimals of so few digits have the same.
+/// A whole number below 100,000,000.
 #[inline(always)]
-pub(crate) fn short_decimal(value: f32) -> Option<ShortText> {
-    const DECIMALS: [(f64, f64); 4] = [(1e6, 1e-6), (1e5, 1e-5), (1e4, 1e-4), (1e3, 1e-3)];
-    // Each comparison that holds adds a bit behind the last.
-    let holds = f32x4::splat(value).simd_ge(f32x4::new([1.0, 10.0, 100.0, 1000.0])).to_bitmask();
-    let whole_digits = holds.trailing_ones() as usize;
-    let &(power, part) = DECIMALS.get(whole_digits)?;
-    let scaled = (f64::from(value) * power + 0.5) as i32;
-    // A decimal of six digits is never so near to the middle between two f32 that the errors of an f64 matter.
-    if (f64::from(scaled) * part) as f32 != value || scaled >= 1_000_000 {
-        return None;
+fn integer_text(value: u64) -> ShortText {
+    // Most smoothing numbers, and most of what stands before a point.
+    if value < 10 {
+        return (u64::from(b'0') + value, 1);
     }
-    let six = eight_digits(scaled as u64) >> 16;
-    let zeros_at_end = (six << 16).leading_zeros() as usize / 8;
-    let text = six | (ZEROS >> 16);
-    let (text, length) = if whole_digits == 0 {
-        // Below, the shortest form has an exponent.
-        if scaled != 0 && scaled < 1000 {
-            return None;
+    let digits = eight_digits(value);
+    let dropped = digits.trailing_zeros() & !7;
+    ((digits | ZEROS) >> dropped, 8 - dropped as usize / 8)
+}
+
+/// The text of a decimal in pieces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Decimal {
+    /// What stands before the point.
+    pub(crate) whole: ShortText,
+    /// The point and two digits.
+    pub(crate) first: u32,
+    /// The eight digits behind them.
+    pub(crate) others: u64,
+    /// How many bytes the point and what stands behind it take, at most 11.
+    pub(crate) length: usize,
+}
+
+/// What is needed to write the `f32` of one exponent: they are whole multiples of a step, a power of two.
+#[derive(Clone, Copy)]
+struct Scale {
+    /// The power of ten that makes the step 1 to 10.
+    power: f64,
+    /// Half the step, times this power.
+    half: f64,
+    /// What makes ten digits of those that the power makes whole.
+    to_ten: u64,
+}
+
+/// Added to a value that is not negative it leaves no bit for anything behind the point, and rounds ties to even.
+const WHOLE: f64 = (1u64 << 52) as f64;
+
+/// The exponent of 2⁻¹⁰.
+const FIRST: u32 = 127 - 10;
+const SCALES: [Scale; 33] = {
+    let mut scales = [Scale { power: 0.0, half: 0.0, to_ten: 0 }; 33];
+    let mut place = 0;
+    while place < scales.len() {
+        // 2⁻³³ and up.
+        let mut step = 1.0 / (1u64 << (33 - place)) as f64;
+        let half = step / 2.0;
+        let (mut power, mut to_ten) = (1.0, 10_000_000_000);
+        while step < 1.0 {
+            step *= 10.0;
+            power *= 10.0;
+            to_ten /= 10;
         }
-        (text << 16 | u64::from(u16::from_le_bytes(*b"0.")), 8)
-    } else {
-        let before = (1u64 << (8 * whole_digits)) - 1;
-        (text & before | (text & !before) << 8 | u64::from(b'.') << (8 * whole_digits), 7)
-    };
+        scales[place] = Scale { power, half: half * power, to_ten };
+        place += 1;
+    }
+    scales
+};
+
+/// The shortest decimal that reads back to this `f32`, and of these the nearest to it, for 0 and for values from 0.001 to 2²³.
+///
+/// Scaled so that the step between neighbours is 1 to 10, what reads back to a value lies less than 5 from it: there is at most one
+/// multiple of ten among it, which is then the shortest, with its zeros dropped; else it is the nearest whole number (after
+/// Giulietti, "The Schubfach way to render doubles", 2020). A significand of 24 bits times at most 5¹⁰ fits an `f64`, so nothing
+/// is rounded on the way. A power of two, whose neighbour below is nearer than that above, is in this range a multiple of ten itself.
+/// What stands before the point is the same for all that reads back to a value, unless it is whole, since whole numbers are `f32`
+/// here.
+#[inline(always)]
+pub(crate) fn decimal(value: f32) -> Option<Decimal> {
+    const SMALLEST: u32 = 0.001f32.to_bits();
+    const POINT: u32 = u32::from_le_bytes(*b".000");
+    let bits = value.to_bits();
+    if bits == 0 {
+        return Some(Decimal { whole: (u64::from(b'0'), 1), first: POINT, others: ZEROS, length: 2 });
+    }
+    let scale = SCALES.get((bits >> 23).wrapping_sub(FIRST) as usize).filter(|_| bits >= SMALLEST)?;
+    let whole = value as u32;
+    let scaled = (f64::from(value) - f64::from(whole)) * scale.power;
+    let [nearest, tens] = [scaled, scaled * 0.1].map(|value| value + WHOLE);
+    // The product with 0.1 is rounded, but never so that the multiple of ten is not the nearest where any is near enough.
+    let off = ((tens - WHOLE) * 10.0 - scaled).abs();
+    // Of two decimals exactly between neighbours the one with the even significand is read: there, half the step is near enough.
+    let near = f64::from_bits(scale.half.to_bits() + u64::from(!bits & 1));
+    let [nearest, tens] = [nearest, tens].map(|value| value.to_bits() - WHOLE.to_bits());
+    let digits = nearest ^ ((nearest ^ (10 * tens)) & u64::from(off < near).wrapping_neg());
+    let part = digits * scale.to_ten;
+    let (first, others) = ((part / 100_000_000) as u32, eight_digits(part % 100_000_000));
+    let ten = (first * 103) >> 10;
+    let second = first - 10 * ten;
     // One digit stays behind the point.
-    Some((text, length - zeros_at_end.min(5 - whole_digits)))
+    let zeros_at_end =
+        if others == 0 { 8 + usize::from(second == 0) } else { (others | 1).leading_zeros() as usize / 8 };
+    Some(Decimal {
+        whole: integer_text(u64::from(whole)),
+        first: ten << 8 | second << 16 | POINT,
+        others: others | ZEROS,
+        length: 11 - zeros_at_end,
+    })
 }
 
 #[cfg(test)]
@@ -84,29 +143,61 @@ mod tests {
         assert_eq!(short_integer(100_000_000), None);
     }
 
-    fn check_decimal(value: f32) -> bool {
-        let Some((text, length)) = short_decimal(value) else { return false };
-        let shortest = zmij::Buffer::new().format_finite(value).to_owned();
-        assert_eq!(&text.to_le_bytes()[..length], shortest.as_bytes(), "{value}");
-        true
+    /// The text of a decimal.
+    fn text(value: f32) -> Option<([u8; 24], usize)> {
+        let Decimal { whole: (whole, whole_length), first, others, length } = decimal(value)?;
+        let mut text = [0; 24];
+        text[..8].copy_from_slice(&whole.to_le_bytes());
+        text[whole_length..][..4].copy_from_slice(&first.to_le_bytes());
+        text[whole_length + 3..][..8].copy_from_slice(&others.to_le_bytes());
+        Some((text, whole_length + length))
+    }
+
+    fn check_decimal(value: f32) {
+        let (text, length) = text(value).expect("in range");
+        let text = std::str::from_utf8(&text[..length]).expect("digits");
+        assert_eq!(text.parse(), Ok(value), "{text}");
+        // The standard library's is the shortest too, but has no `.0`, and of two that are as near it takes the upper.
+        let shortest = format!("{value}");
+        assert_eq!(text.strip_suffix(".0").unwrap_or(text).len(), shortest.len(), "{text} for {shortest}");
+        assert_eq!(text, zmij::Buffer::new().format_finite(value));
     }
 
     #[test]
-    fn decimals_are_the_shortest() {
-        for decimals in 3..=6 {
+    fn decimals_are_those_of_the_standard_library() {
+        let (smallest, end) = (0.001f32.to_bits(), 8_388_608f32.to_bits());
+        (smallest..end).step_by(307).map(f32::from_bits).for_each(check_decimal);
+        for value in [smallest, end - 1].into_iter().chain((-9..23).map(|power| 2f32.powi(power).to_bits())) {
+            let around = value.saturating_sub(300).max(smallest)..(value + 300).min(end);
+            around.map(f32::from_bits).for_each(check_decimal);
+        }
+        for decimals in 0..=6 {
             let power = 10f64.powi(decimals);
-            for digits in 0..1_000_000 {
+            for digits in (0..1_000_000).step_by(7) {
                 let value = (f64::from(digits) / power) as f32;
-                let written = check_decimal(value);
-                assert!(written || (value < 0.001 && value > 0.0), "{value}");
+                if value >= 0.001 || value == 0.0 {
+                    check_decimal(value);
+                }
             }
         }
-        // Any others of these sizes, of which few are short.
-        let short = (0x3980_0000..0x4480_0000).step_by(37).filter(|&bits| check_decimal(f32::from_bits(bits))).count();
-        assert!(short > 1000, "{short}");
-        for value in [1000.0, 1e30, 1e-3f32.next_down(), 1e-30, f32::MIN_POSITIVE, 1e-45, -1.0, f32::NAN, f32::INFINITY]
-        {
-            assert_eq!(short_decimal(value), None, "{value}");
+    }
+
+    /// All of them against `zmij`, which writes the others.
+    #[test]
+    #[ignore = "takes ten seconds in a release build"]
+    fn every_decimal_is_the_shortest() {
+        for bits in 0.001f32.to_bits()..8_388_608f32.to_bits() {
+            let value = f32::from_bits(bits);
+            let (text, length) = text(value).expect("in range");
+            assert_eq!(&text[..length], zmij::Buffer::new().format_finite(value).as_bytes(), "{value}");
         }
+    }
+
+    #[test]
+    fn other_values_are_left_to_others() {
+        for value in [8_388_608.0, 1e30, 1e-3f32.next_down(), 1e-30, f32::MIN_POSITIVE, 1e-45, -1.0, -0.0, f32::NAN] {
+            assert_eq!(decimal(value), None, "{value}");
+        }
+        assert_eq!(decimal(f32::INFINITY), None);
     }
 }

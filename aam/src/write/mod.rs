@@ -59,7 +59,7 @@ pub fn write(document: &Document, options: &WriteOptions) -> Result<Vec<u8>, Wri
     out.finish()
 }
 
-/// Roughly how many bytes the file takes.
+/// Roughly how many bytes the file takes, rather more than less: of memory that stays untouched there may be too much.
 fn estimate(document: &Document, binary: bool) -> usize {
     let objects = document.geometry.frames.iter().flat_map(|frame| &frame.objects);
     let bulk: usize = objects
@@ -72,7 +72,8 @@ fn estimate(document: &Document, binary: bool) -> usize {
             if binary {
                 12 * vertices + 8 * coords + 19 * triangles + 17 * indices
             } else {
-                28 * vertices + 20 * coords + 28 * triangles + 26 * indices
+                let digits = 1 + vertices.max(coords).max(1).ilog10() as usize;
+                42 * vertices + 26 * coords + (20 + 3 * digits) * triangles + (9 + 3 * digits) * indices
             }
         })
         .sum();

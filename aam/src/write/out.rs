@@ -2,22 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use super::digits::{ShortText, short_decimal};
+use super::digits::{Decimal, ShortText, decimal};
 use super::{WriteError, WriteOptions};
 use crate::Text;
 use crate::document::Unknown;
+use crate::large_pages::in_large_pages;
 use crate::text::trim_blanks;
-
-/// How many bytes are gathered before they go to the file's others. Appending so many costs next to nothing for each of them,
-/// appending every few by themselves most of the time.
-const GATHERED: usize = 4096;
 
 /// The bytes written so far.
 pub(crate) struct Out {
+    /// Zeros behind what was written. To have them costs nothing where the memory is fresh, and a row is put in place without
+    /// asking for room for each of its numbers.
     bytes: Vec<u8>,
-    /// What comes behind `bytes`.
-    gathered: [u8; GATHERED],
-    gathered_length: usize,
+    length: usize,
     crlf: bool,
     digits: Option<usize>,
     pub(crate) binary: bool,
@@ -29,9 +26,8 @@ const TABS: &[u8] = &[b'\t'; 64];
 impl Out {
     pub(crate) fn new(options: &WriteOptions, binary: bool, estimate: usize) -> Self {
         Self {
-            bytes: Vec::with_capacity(estimate),
-            gathered: [0; GATHERED],
-            gathered_length: 0,
+            bytes: in_large_pages(vec![0; estimate]),
+            length: 0,
             crlf: options.crlf,
             digits: options.digits.map(usize::from),
             binary,
@@ -41,7 +37,7 @@ impl Out {
 
     /// The whole file.
     pub(crate) fn finish(mut self) -> Result<Vec<u8>, WriteError> {
-        self.append_gathered();
+        self.bytes.truncate(self.length);
         match self.error {
             Some(error) => Err(error),
             None => Ok(self.bytes),
@@ -57,20 +53,20 @@ impl Out {
 
     #[cold]
     #[inline(never)]
-    fn append_gathered(&mut self) {
-        self.bytes.extend_from_slice(&self.gathered[..self.gathered_length]);
-        self.gathered_length = 0;
+    fn make_room(&mut self, more: usize) {
+        self.bytes.resize((self.length + more).max(2 * self.bytes.len()), 0);
     }
 
-    /// Gathers a row of at most [`ROW`] bytes.
+    /// Writes a row of at most [`ROW`] bytes.
     #[inline(always)]
     pub(crate) fn row<R>(&mut self, write: impl FnOnce(&mut Row<'_>) -> R) -> R {
-        if self.gathered_length > GATHERED - ROW {
-            self.append_gathered();
+        if self.bytes.len() - self.length < ROW {
+            self.make_room(ROW);
         }
-        let mut row = Row { bytes: &mut self.gathered, length: self.gathered_length, crlf: self.crlf };
+        let bytes = self.bytes[self.length..].first_chunk_mut().expect("there is room for a row");
+        let mut row = Row { bytes, length: 0, crlf: self.crlf };
         let result = write(&mut row);
-        self.gathered_length = row.length;
+        self.length += row.length;
         result
     }
 
@@ -81,15 +77,11 @@ impl Out {
 
     #[inline]
     pub(crate) fn raw(&mut self, bytes: &[u8]) {
-        if bytes.len() > GATHERED - self.gathered_length {
-            self.append_gathered();
-            if bytes.len() > GATHERED {
-                self.bytes.extend_from_slice(bytes);
-                return;
-            }
+        if self.bytes.len() - self.length < bytes.len() {
+            self.make_room(bytes.len());
         }
-        self.gathered[self.gathered_length..][..bytes.len()].copy_from_slice(bytes);
-        self.gathered_length += bytes.len();
+        self.bytes[self.length..][..bytes.len()].copy_from_slice(bytes);
+        self.length += bytes.len();
     }
 
     #[inline]
@@ -224,12 +216,12 @@ impl Out {
     }
 }
 
-/// The longest [`Row`]: three reals or four whole numbers take half of it.
+/// The longest [`Row`]: three reals or four whole numbers take two thirds of it.
 const ROW: usize = 128;
 
 /// A row on its way into a file. Its length is kept apart so that it stays in a register.
 pub(crate) struct Row<'a> {
-    bytes: &'a mut [u8; GATHERED],
+    bytes: &'a mut [u8; ROW],
     length: usize,
     crlf: bool,
 }
@@ -292,30 +284,37 @@ impl Row<'_> {
     /// A line of the shortest decimals of finite values.
     #[inline(always)]
     fn reals<const N: usize>(&mut self, depth: usize, values: &[f32; N]) {
-        // All texts are made before any is copied: what was stored a moment ago, and in other pieces, is slow to load.
-        let mut buffers: [_; N] = std::array::from_fn(|_| zmij::Buffer::new());
-        let mut short = [None; N];
-        let mut long = [""; N];
-        for (place, buffer) in buffers.iter_mut().enumerate() {
-            short[place] = short_decimal(values[place].abs());
-            if short[place].is_none() {
-                long[place] = buffer.format_finite(values[place]);
-            }
-        }
         self.indent(depth);
-        for place in 0..N {
+        for (place, value) in values.iter().enumerate() {
             if place > 0 {
                 self.short(*b" ", 1);
             }
-            match short[place] {
-                Some((text, length)) => {
-                    self.short(*b"-", usize::from(values[place].is_sign_negative()));
-                    self.short(text.to_le_bytes(), length);
+            match decimal(value.abs()) {
+                Some(text) => {
+                    self.short(*b"-", usize::from(value.is_sign_negative()));
+                    self.decimal(text);
                 }
-                None => self.text(long[place].as_bytes()),
+                None => self.other_real(*value),
             }
         }
         self.end_line();
+    }
+
+    #[inline(always)]
+    fn decimal(&mut self, Decimal { whole: (whole, whole_length), first, others, length }: Decimal) {
+        // The one check of the length is for all three pieces.
+        let bytes: &mut [u8; 32] = self.bytes[self.length..].first_chunk_mut().expect("a row has room for its reals");
+        let point = whole_length & 15;
+        bytes[..8].copy_from_slice(&whole.to_le_bytes());
+        bytes[point..][..4].copy_from_slice(&first.to_le_bytes());
+        bytes[point + 3..][..8].copy_from_slice(&others.to_le_bytes());
+        self.length += point + length;
+    }
+
+    /// Very small, very large.
+    #[inline(never)]
+    fn other_real(&mut self, value: f32) {
+        self.text(zmij::Buffer::new().format_finite(value).as_bytes());
     }
 
     #[inline(always)]

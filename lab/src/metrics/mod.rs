@@ -7,6 +7,7 @@
 mod difference;
 mod flip;
 mod magma;
+mod surface;
 mod visibility;
 
 use aam_scene::{Image, Pixels};
@@ -15,6 +16,7 @@ use thiserror::Error;
 pub use difference::{Difference, difference, difference_picture};
 pub use flip::{ErrorMap, PIXELS_PER_DEGREE, flip};
 pub use magma::magma;
+pub use surface::{SurfaceError, surface_error};
 pub use visibility::{PenumbraError, VisibilityError, penumbra_error, visibility_error};
 
 /// Why two pictures cannot be compared.

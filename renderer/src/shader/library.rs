@@ -17,25 +17,34 @@ macro_rules! files {
 const FILES: &[(&str, &str)] = files![
     "background",
     "color",
+    "displace",
+    "environment",
     "frame",
     "fullscreen",
+    "heights",
+    "interpolate",
     "lights",
     "material",
     "node",
     "overlay",
     "phong",
     "present",
+    "relief",
     "shadow",
     "shadow_blur",
     "shadow_caster",
     "shadow_compare",
     "shadow_extrude",
+    "shadow_map",
     "shadow_mask",
     "shadow_moments",
     "shadow_running_blur",
     "shadow_volume",
     "shadow_warp",
+    "sky",
     "surface",
+    "tessellation",
+    "tone_map",
 ];
 
 /// A shader program: a root file and the features that hold.
@@ -49,10 +58,16 @@ pub(crate) enum Program {
     Normals { linear: bool },
     /// Lines or triangles in world coordinates; `nudge` brings them in front of what they lie on.
     Shape { linear: bool, nudge: bool },
+    /// Points of a tessellated surface: where displacement moves them, and the `normals` there.
+    Displace { normals: bool },
+    /// Another attribute of a mesh at the points of a tessellated surface.
+    Interpolate,
     /// A caster in a shadow map.
     Caster(shadows::Caster),
     /// A pass of the blur of a shadow map.
     Blur,
+    /// A shadow map as a picture.
+    ShadowMap(shadows::MapKind),
     /// A pass of the blur whose cost does not grow with the radius.
     RunningBlur(ShadowFilter),
     /// The volume that a caster shades.
@@ -61,6 +76,8 @@ pub(crate) enum Program {
     Mask,
     /// A background picture.
     Background { encode: bool },
+    /// The environment as background.
+    Sky,
     /// The last pass, into a target that could not be drawn to directly.
     Present { encode: bool, decode: bool, premultiply: bool },
 }
@@ -70,12 +87,16 @@ impl Program {
         match self {
             Self::Surface(_) => "surface",
             Self::Edges { .. } | Self::Normals { .. } | Self::Shape { .. } => "overlay",
+            Self::Displace { .. } => "displace",
+            Self::Interpolate => "interpolate",
             Self::Caster(_) => "shadow_caster",
             Self::Blur => "shadow_blur",
+            Self::ShadowMap(_) => "shadow_map",
             Self::RunningBlur(_) => "shadow_running_blur",
             Self::Extrude => "shadow_extrude",
             Self::Mask => "shadow_mask",
             Self::Background { .. } => "background",
+            Self::Sky => "sky",
             Self::Present { .. } => "present",
         }
     }
@@ -89,7 +110,10 @@ impl Program {
             Self::Edges { linear } => overlay(true, false, true, linear),
             Self::Normals { linear } => overlay(true, true, true, linear),
             Self::Shape { linear, nudge } => overlay(false, false, nudge, linear),
+            Self::Displace { normals } => vec![("NORMALS", normals)],
+            Self::Interpolate => Vec::new(),
             Self::Caster(caster) => caster.features(),
+            Self::ShadowMap(kind) => kind.features(),
             Self::RunningBlur(filter) => vec![
                 ("ESM", filter == ShadowFilter::Esm),
                 ("VSM", filter == ShadowFilter::Vsm),
@@ -98,6 +122,7 @@ impl Program {
             Self::Extrude => vec![("NODE_NORMALS", false), ("RECEIVERS", false)],
             Self::Blur | Self::Mask => Vec::new(),
             Self::Background { encode } => vec![("ENCODE", encode)],
+            Self::Sky => Vec::new(),
             Self::Present { encode, decode, premultiply } => {
                 vec![("ENCODE", encode), ("DECODE", decode), ("PREMULTIPLY", premultiply)]
             }
@@ -120,10 +145,14 @@ fn all_programs() -> Vec<Program> {
         programs.extend([Program::Edges { linear }, Program::Normals { linear }]);
         programs.extend([false, true].map(|nudge| Program::Shape { linear, nudge }));
     }
+    programs.extend([false, true].map(|normals| Program::Displace { normals }));
+    programs.push(Program::Interpolate);
     programs.extend(shadows::Caster::all().into_iter().map(Program::Caster));
     programs.extend([Program::Blur, Program::Extrude, Program::Mask]);
     programs.extend(ShadowFilter::ALL.iter().filter(|filter| filter.has_moments()).map(|f| Program::RunningBlur(*f)));
+    programs.extend(shadows::MapKind::all().into_iter().map(Program::ShadowMap));
     programs.extend([false, true].map(|encode| Program::Background { encode }));
+    programs.push(Program::Sky);
     for premultiply in [false, true] {
         programs.extend([(false, false), (true, false), (false, true)].map(|(encode, decode)| Program::Present {
             encode,
@@ -188,11 +217,14 @@ mod tests {
         let programs = all_programs();
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
-        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); light-mapped; flat. Each with 2 (diffuse map) × 3 (vertex
-        // colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
+        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); 3 lit by an environment; light-mapped; flat. Each with 2
+        // (diffuse map) × 3 (vertex colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed);
-        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows::Caster::all().len() + 3 + 5 + 2 + 6);
+        // Relief with each lit or textured surface.
+        let relief = (3 * 2 * 2 + 3 + 1) * 2 + 1;
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 3 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
+        let shadows = shadows::Caster::all().len() + 3 + 5 + 6;
+        assert_eq!(programs.len(), Variant::all().len() + 8 + shadows + 3 + 2 + 1 + 6);
     }
 
     #[test]
@@ -215,6 +247,7 @@ mod tests {
             color: super::super::ColorSource::None,
             alpha: super::super::AlphaMode::OPAQUE,
             shadows: shadows::ShadowSet::NONE,
+            relief: false,
         });
         for absent in ["in.normal", "textureSample(base_map", "fn phong", "discard", "@location(1)"] {
             assert!(!flat.contains(absent), "{absent} in\n{flat}");

@@ -20,6 +20,8 @@ impl NormalSource {
 pub(crate) enum Surface {
     /// Phong reflection of lights. `falloff`: some weaken with distance.
     Lit { normal: NormalSource, specular: bool, falloff: bool },
+    /// The light of an environment instead of lights.
+    Environment { normal: NormalSource },
     /// Light from a texture.
     LightMapped,
     /// Emission and ambient light: no light's direction matters.
@@ -68,6 +70,8 @@ pub(crate) struct Variant {
     pub alpha: AlphaMode,
     /// Sources that darken it.
     pub shadows: ShadowSet,
+    /// A displacement map is drawn by parallax.
+    pub relief: bool,
 }
 
 impl Variant {
@@ -79,24 +83,29 @@ impl Variant {
             color: ColorSource::None,
             alpha: AlphaMode::OPAQUE,
             shadows: ShadowSet::NONE,
+            relief: false,
         }
     }
 
-    /// Every legal variant, in a fixed order; of shadows those sets that cover all text.
+    /// Every legal variant, in a fixed order; of shadows those sets that cover all text, and of relief what it is added to.
     pub(crate) fn all() -> Vec<Self> {
         let mut surfaces = vec![Surface::LightMapped, Surface::Flat];
         for normal in NormalSource::ALL {
             for specular in [false, true] {
                 surfaces.extend([false, true].map(|falloff| Surface::Lit { normal, specular, falloff }));
             }
+            surfaces.push(Surface::Environment { normal });
         }
         let mut variants = Vec::new();
         for surface in surfaces {
+            let relief = [false, true].map(|diffuse_map| Self { diffuse_map, relief: true, ..Self::show(surface) });
+            variants.extend(relief.into_iter().filter(Self::shows_relief));
             for diffuse_map in [false, true] {
                 for color in [ColorSource::None, ColorSource::Stored, ColorSource::Decoded] {
                     for (test, blend) in [(false, false), (false, true), (true, false), (true, true)] {
                         let alpha = AlphaMode { test, blend };
-                        variants.push(Self { surface, diffuse_map, color, alpha, shadows: ShadowSet::NONE });
+                        let plain = Self::show(surface);
+                        variants.push(Self { diffuse_map, color, alpha, ..plain });
                     }
                 }
             }
@@ -110,11 +119,25 @@ impl Variant {
         variants
     }
 
+    /// A displacement map makes a difference by parallax: to normals or to where textures are.
+    pub(crate) fn shows_relief(&self) -> bool {
+        match self.surface {
+            Surface::Lit { .. } | Surface::Environment { .. } | Surface::LightMapped => true,
+            _ => self.diffuse_map,
+        }
+    }
+
     fn normal(&self) -> Option<NormalSource> {
         match self.surface {
-            Surface::Lit { normal, .. } | Surface::ShowNormal(normal) => Some(normal),
+            Surface::Lit { normal, .. } | Surface::Environment { normal } | Surface::ShowNormal(normal) => Some(normal),
             _ => None,
         }
+    }
+
+    /// True where what is drawn is light, not a stored value.
+    pub(crate) fn is_shaded(&self) -> bool {
+        use Surface::{Environment, Flat, LightMapped, Lit};
+        matches!(self.surface, Lit { .. } | Environment { .. } | LightMapped | Flat)
     }
 
     /// Reads vertex normals.
@@ -161,13 +184,19 @@ impl Variant {
         };
         vec![
             ("LIT", matches!(self.surface, Surface::Lit { .. })),
+            ("ENVIRONMENT", matches!(self.surface, Surface::Environment { .. })),
+            ("SHADED", self.is_shaded()),
             ("LIGHT_MAPPED", self.surface == Surface::LightMapped),
             ("FLAT", self.surface == Surface::Flat),
             ("SHOW_NORMAL", matches!(self.surface, Surface::ShowNormal(_))),
             ("SHOW_UV", self.surface == Surface::ShowUv),
             ("SHOW_NOTHING", self.surface == Surface::ShowNothing),
             ("SHOW_SHADOW", self.surface == Surface::ShowShadow),
-            ("POSITION", matches!(self.surface, Surface::Lit { .. } | Surface::ShowShadow)),
+            (
+                "POSITION",
+                self.relief
+                    || matches!(self.surface, Surface::Lit { .. } | Surface::Environment { .. } | Surface::ShowShadow),
+            ),
             ("SHADOWS", !self.shadows.is_empty()),
             ("RECEIVERS", self.shadows.masked),
             ("FILTERABLE", self.shadows.filterable),
@@ -181,6 +210,7 @@ impl Variant {
             ("BASE_MAP", self.base_map()),
             ("BASE_UV", self.base_uv()),
             ("SECOND_MAP", self.second_map()),
+            ("RELIEF", self.relief),
             ("SPECULAR", specular),
             ("FALLOFF", falloff),
             ("ALPHA_TEST", self.alpha.test),

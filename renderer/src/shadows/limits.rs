@@ -4,7 +4,6 @@ use aam_scene::{
     Aabb, CasterFaces, DepthMetric, Members, Mesh, PcfKernel, Scene, ShadowFilter, ShadowLayout, ShadowSource, View,
 };
 
-use super::casters::may_reach;
 use super::fit::{MapView, Placement, Surroundings, place};
 use super::uniform::light_size;
 
@@ -34,18 +33,19 @@ pub fn shadow_limits(scene: &Scene, view: &View, source: usize) -> Vec<ShadowLim
     if let Err(reason) = source.settings.check() {
         return vec![ShadowLimit::Refuses(reason)];
     }
-    let (casters, others) = boxes(scene, &shadows.casters.of(&scene.nodes), &shadows.receivers.of(&scene.nodes));
-    let all: Vec<Aabb> = casters.iter().chain(&others).copied().collect();
+    let all = boxes(scene, &shadows.casters.of(&scene.nodes), &shadows.receivers.of(&scene.nodes));
     let around = Surroundings { lights: &scene.lights, up: scene.up, view, boxes: &all };
     let placement = match place(source, &around) {
         Ok(placement) => placement,
         Err(reason) => return vec![ShadowLimit::Refuses(reason)],
     };
     let mut found = Vec::new();
-    let case = Case { scene, view, source, placement: &placement, casters: &casters, all: &all };
+    let case = Case { scene, view, source, placement: &placement, all: &all };
     if source.settings.technique.filter == ShadowFilter::Volume {
         found.push("edges are hard; with MSAA, pixels on outlines take the shadow of what is in their middle".into());
-        found.push("parts that an alpha cutoff removes cast shadows".into());
+        if scene.materials.iter().any(|material| material.alpha_cutoff.is_some()) {
+            found.push("parts that an alpha cutoff removes cast shadows".into());
+        }
         return found.into_iter().map(ShadowLimit::Degrades).collect();
     }
     case.volume(&mut found);
@@ -56,20 +56,15 @@ pub fn shadow_limits(scene: &Scene, view: &View, source: usize) -> Vec<ShadowLim
     found.into_iter().map(ShadowLimit::Degrades).collect()
 }
 
-/// World boxes of visible casters, and of visible receivers that are none.
-fn boxes(scene: &Scene, casts: &[bool], receives: &[bool]) -> (Vec<Aabb>, Vec<Aabb>) {
-    let (mut casters, mut others) = (Vec::new(), Vec::new());
+/// World boxes of what is visible and casts or receives.
+fn boxes(scene: &Scene, casts: &[bool], receives: &[bool]) -> Vec<Aabb> {
     let (world, visible) = (scene.world_transforms(), scene.visibility());
-    for (index, node) in scene.nodes.iter().enumerate().filter(|(index, _)| visible[*index]) {
-        let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index())) else { continue };
-        let aabb = mesh.bounds.transformed(&world[index]);
-        if casts[index] {
-            casters.push(aabb);
-        } else if receives[index] {
-            others.push(aabb);
-        }
-    }
-    (casters, others)
+    let taking_part = |index: &usize| visible[*index] && (casts[*index] || receives[*index]);
+    let aabb = |index: usize| {
+        let mesh = scene.meshes.get(scene.nodes[index].mesh?.index())?;
+        Some(mesh.bounds.transformed(&world[index]))
+    };
+    (0..scene.nodes.len()).filter(taking_part).filter_map(aabb).collect()
 }
 
 struct Case<'a> {
@@ -77,7 +72,6 @@ struct Case<'a> {
     view: &'a View,
     source: &'a ShadowSource,
     placement: &'a Placement,
-    casters: &'a [Aabb],
     all: &'a [Aabb],
 }
 
@@ -102,28 +96,8 @@ impl Case<'_> {
         if self.source.volume.is_none() || self.source.settings.technique.layout != ShadowLayout::One {
             return;
         }
-        let clip = self.first().projection * self.first().view;
-        let outside = self.casters.iter().filter(|aabb| !may_reach(aabb, &clip)).count();
-        let inside = |aabb: &&Aabb| {
-            corners(aabb).all(|corner| {
-                let c = clip * corner.extend(1.0);
-                c.x.abs() <= c.w && c.y.abs() <= c.w && c.z >= 0.0 && c.z <= c.w
-            })
-        };
-        let whole = self.casters.iter().filter(inside).count();
-        let cut = self.casters.len() - outside - whole;
-        if outside > 0 {
-            found.push(format!(
-                "{outside} of {} casters stand outside the source's volume and cast nothing",
-                self.casters.len()
-            ));
-        }
-        if cut > 0 {
-            found.push(format!(
-                "{cut} of {} casters may reach out of the source's volume and cast only in part",
-                self.casters.len()
-            ));
-        }
+        let shadows = self.scene.shadows.as_ref();
+        found.extend(shadows.and_then(|shadows| shadows.cut_casters(self.scene, self.source)));
         if filter.has_moments() && self.placement.perspective && self.source.settings.metric != DepthMetric::Planar {
             let reach = self.all.iter().flat_map(corners).map(|corner| corner.distance(self.placement.origin));
             if reach.fold(0.0, f64::max) > self.first().far {

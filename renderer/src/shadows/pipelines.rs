@@ -37,7 +37,11 @@ impl Caster {
     pub(crate) fn of(batch: &Batch, filter: ShadowFilter) -> Self {
         let alpha = batch.variant.alpha;
         let cut = (alpha.test || alpha.blend).then(|| Cut {
-            maps: MapSet { base: batch.variant.base_map(), second: batch.variant.second_map() },
+            maps: MapSet {
+                base: batch.variant.base_map(),
+                second: batch.variant.second_map(),
+                relief: batch.variant.relief,
+            },
             textured: batch.variant.base_map(),
             colors: batch.variant.vertex_colors(),
             blend: alpha.blend,
@@ -86,7 +90,7 @@ impl Caster {
         for moments in moments.chain([None]) {
             casters.push(Self { moments, cut: None });
             for (textured, colors, blend) in [(true, false, false), (false, true, true), (true, true, true)] {
-                let maps = MapSet { base: textured, second: colors };
+                let maps = MapSet { base: textured, second: colors, relief: false };
                 casters.push(Self { moments, cut: Some(Cut { maps, textured, colors, blend }) });
             }
         }

@@ -66,13 +66,13 @@ pub(crate) struct GpuCasterView {
 
 /// Numbers of a warp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Warp {
-    exponent: f32,
-    shift: f32,
+pub(super) struct Warp {
+    pub exponent: f32,
+    pub shift: f32,
 }
 
 impl Warp {
-    fn of(settings: &ShadowSettings) -> Self {
+    pub(super) fn of(settings: &ShadowSettings) -> Self {
         // Subtracting a constant from depths multiplies all moments alike, which no bound notices.
         let centred = match settings.technique.filter {
             ShadowFilter::Esm => true,

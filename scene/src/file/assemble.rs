@@ -39,8 +39,25 @@ impl SceneFile {
         let named = |name: &str| self.cameras.iter().any(|camera| !name.is_empty() && camera.name == name);
         scene.cameras.retain(|camera| !named(&camera.name));
         scene.cameras.splice(0..0, self.cameras.iter().cloned());
-        match &self.background {
+        scene.exposure = self.exposure.unwrap_or_default();
+        scene.tone_map = self.tone_map.unwrap_or_default();
+        match self.environment.as_ref().map(|entry| entry.load(scene_file)) {
             None => {}
+            Some(Ok(environment)) => {
+                let notes = environment.map.notes().iter();
+                warnings.extend(notes.map(|note| warning("scene/environment", "environment".into(), note.clone())));
+                scene.environment = Some(environment);
+            }
+            Some(Err(reason)) => warnings.push(warning(
+                "scene/environment",
+                "environment".into(),
+                format!("{reason}; the scene is lit by its lights"),
+            )),
+        }
+        match &self.background {
+            None if scene.environment.is_some() => scene.background = Background::Environment,
+            None => {}
+            Some(BackgroundEntry::Environment) => scene.background = Background::Environment,
             Some(BackgroundEntry::Transparent) => scene.background = Background::Transparent,
             Some(BackgroundEntry::Color(color)) => scene.background = Background::Color(*color),
             Some(BackgroundEntry::Picture(path)) => match picture(scene_file, path) {
@@ -75,9 +92,9 @@ impl SceneFile {
         scene.cameras.iter().find(|camera| camera.name == *name)
     }
 
-    /// Takes over what was changed in an assembled scene: hidden nodes, lights, shadows, shading, background colour.
-    /// `before` is the scene as it was assembled; what is the same in both stays as the file has it. `camera` is kept as the named
-    /// view `view`, which becomes active.
+    /// Takes over what was changed in an assembled scene: hidden nodes, lights, environment, shadows, shading, exposure,
+    /// tone mapping, background colour. `before` is the scene as it was assembled; what is the same in both stays as the
+    /// file has it. `camera` is kept as the named view `view`, which becomes active.
     pub fn record(&mut self, before: &Scene, after: &Scene, camera: &Camera) {
         let view = Camera { name: "view".to_owned(), ..camera.clone() };
         match self.cameras.iter_mut().find(|camera| camera.name == view.name) {
@@ -95,12 +112,22 @@ impl SceneFile {
         if after.shading != before.shading {
             self.shading = Some(after.shading);
         }
+        if after.exposure != before.exposure {
+            self.exposure = Some(after.exposure);
+        }
+        if after.tone_map != before.tone_map {
+            self.tone_map = Some(after.tone_map);
+        }
+        if let Some(environment) = &mut self.environment {
+            environment.record(before, after);
+        }
         match &after.background {
             same if *same == before.background => {}
             Background::Transparent => self.background = Some(BackgroundEntry::Transparent),
             Background::Color(color) => self.background = Some(BackgroundEntry::Color(*color)),
             // A picture from elsewhere has no path that could be written.
             Background::Picture(_) => {}
+            Background::Environment => self.background = Some(BackgroundEntry::Environment),
         }
         let roots: Vec<usize> = (0..after.nodes.len()).filter(|&node| after.nodes[node].parent.is_none()).collect();
         let ends = roots.iter().skip(1).copied().chain([after.nodes.len()]);

@@ -7,9 +7,10 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
+use super::environment::{self, EnvironmentForm};
 use super::shadow_form::{self, ShadowForm, ShadowsForm};
 use super::{AssetEntry, BackgroundEntry, NodeEntry, SceneFile, SceneSyntaxError};
-use crate::{Camera, Falloff, Light, LightKind, LightShape, Projection, Shading, Up};
+use crate::{Camera, Falloff, Light, LightKind, LightShape, Projection, Shading, ToneMap, Up};
 
 const HEADER: &str = "# A scene of the aam toolkit. Lengths are metres, angles degrees, colours sRGB from 0 to 1.\n\n";
 
@@ -21,9 +22,15 @@ struct SceneForm {
     #[serde(skip_serializing_if = "Option::is_none")]
     shading: Option<Shading>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    exposure: Option<Spanned<f32>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tone_map: Option<ToneMap>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     active_camera: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     background: Option<Spanned<BackgroundForm>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    environment: Option<Spanned<EnvironmentForm>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     asset: Vec<Spanned<AssetForm>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,6 +52,8 @@ struct BackgroundForm {
     color: Option<[f32; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    environment: Option<bool>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -158,8 +167,11 @@ pub(super) fn parse(text: &str) -> Result<SceneFile, SceneSyntaxError> {
     Ok(SceneFile {
         up: form.up,
         shading: form.shading,
+        exposure: form.exposure.map(|stops| check(stops, &at, "exposure", environment::exposure)).transpose()?,
+        tone_map: form.tone_map,
         active_camera: form.active_camera,
         background: form.background.map(|form| check(form, &at, "background", background)).transpose()?,
+        environment: form.environment.map(|form| check(form, &at, "environment", environment::entry)).transpose()?,
         assets: checked(form.asset, &at, "asset", |asset| asset_entry(asset, &at))?,
         lights: form.light.map(|lights| checked(lights, &at, "light", |light| Ok(self::light(light)?))).transpose()?,
         shadows: shadow_form::read(form.shadows, form.shadow, up, &at)?,
@@ -204,15 +216,15 @@ pub(super) fn checked<F, V>(
 }
 
 fn background(form: BackgroundForm) -> Result<BackgroundEntry, String> {
-    match form {
-        BackgroundForm { transparent: Some(true), color: None, picture: None } => Ok(BackgroundEntry::Transparent),
-        BackgroundForm { transparent: None | Some(false), color: Some(color), picture: None } => {
-            Ok(BackgroundEntry::Color(color_of("color", color)?))
+    let BackgroundForm { transparent, color, picture, environment } = form;
+    match (transparent.unwrap_or(false), color, picture, environment.unwrap_or(false)) {
+        (true, None, None, false) => Ok(BackgroundEntry::Transparent),
+        (false, Some(color), None, false) => Ok(BackgroundEntry::Color(color_of("color", color)?)),
+        (false, None, Some(picture), false) => Ok(BackgroundEntry::Picture(path_of("picture", &picture)?)),
+        (false, None, None, true) => Ok(BackgroundEntry::Environment),
+        _ => {
+            Err("exactly one of `color`, `picture`, `transparent = true` and `environment = true` is needed".to_owned())
         }
-        BackgroundForm { transparent: None | Some(false), color: None, picture: Some(picture) } => {
-            Ok(BackgroundEntry::Picture(path_of("picture", &picture)?))
-        }
-        _ => Err("exactly one of `color`, `picture` and `transparent = true` is needed".to_owned()),
     }
 }
 
@@ -357,7 +369,7 @@ fn color_of(key: &str, values: [f32; 3]) -> Result<Vec3, String> {
     if color.min_element() < 0.0 { Err(format!("`{key}` must not be negative")) } else { Ok(color) }
 }
 
-fn path_of(key: &str, text: &str) -> Result<PathBuf, String> {
+pub(super) fn path_of(key: &str, text: &str) -> Result<PathBuf, String> {
     let text = text.trim();
     if text.is_empty() || text.contains('\0') { Err(format!("`{key}` names no file")) } else { Ok(text.into()) }
 }
@@ -369,8 +381,11 @@ pub(super) fn to_text(file: &SceneFile) -> Result<String, String> {
     let form = SceneForm {
         up: file.up,
         shading: file.shading,
+        exposure: file.exposure.map(unplaced),
+        tone_map: file.tone_map,
         active_camera: file.active_camera.clone(),
         background: file.background.as_ref().map(background_form).transpose()?.map(unplaced),
+        environment: file.environment.as_ref().map(environment::form).transpose()?.map(unplaced),
         asset: file.assets.iter().map(|asset| Ok(unplaced(asset_form(asset)?))).collect::<Result<_, String>>()?,
         light: file.lights.as_ref().map(|lights| lights.iter().map(light_form).map(unplaced).collect()),
         shadows: shadows.map(unplaced),
@@ -394,10 +409,11 @@ fn background_form(entry: &BackgroundEntry) -> Result<BackgroundForm, String> {
         BackgroundEntry::Picture(path) => {
             BackgroundForm { picture: Some(path_text(path)?), ..BackgroundForm::default() }
         }
+        BackgroundEntry::Environment => BackgroundForm { environment: Some(true), ..BackgroundForm::default() },
     })
 }
 
-fn path_text(path: &Path) -> Result<String, String> {
+pub(super) fn path_text(path: &Path) -> Result<String, String> {
     let text = path.to_str().ok_or_else(|| format!("the path {} is not Unicode", path.display()))?;
     Ok(if cfg!(windows) { text.replace('\\', "/") } else { text.to_owned() })
 }

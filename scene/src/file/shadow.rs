@@ -116,7 +116,7 @@ impl ShadowsEntry {
     }
 
     /// The entry from which a scene's shadows come back.
-    pub(super) fn of(scene: &Scene) -> Option<Self> {
+    pub fn of(scene: &Scene) -> Option<Self> {
         let shadows = scene.shadows.as_ref()?;
         let source = |source: &ShadowSource| ShadowEntry {
             name: source.name.clone(),

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use aam::Finding;
+
 use super::*;
 use crate::{
     Animation, Background, Falloff, Image, LightKind, LightShape, Material, MaterialId, Members, Mesh, MeshId, Node,
@@ -31,7 +33,16 @@ fn everything() -> SceneFile {
     SceneFile {
         up: Some(Up::Y),
         shading: Some(Shading::Linear),
+        exposure: Some(-1.5),
+        tone_map: Some(ToneMap::Aces),
         background: Some(BackgroundEntry::Picture("maps/sky \"1\".png".into())),
+        environment: Some(EnvironmentEntry {
+            diffuse: false,
+            filter: Some(SpecularFilter::Mirror),
+            rotation: -33.3,
+            intensity: 0.25,
+            ..EnvironmentEntry::new(EnvironmentPictures::One("maps/sky.hdr".into()))
+        }),
         active_camera: Some("front".into()),
         assets: vec![
             AssetEntry {
@@ -94,6 +105,12 @@ fn what_is_written_reads_back_the_same() {
     let bare = SceneFile::default();
     let dark = SceneFile { lights: Some(Vec::new()), ..everything() };
     let sky = SceneFile { background: Some(BackgroundEntry::Transparent), ..everything() };
+    let faces = ["px", "nx", "py", "ny", "pz", "nz"].map(|name| PathBuf::from(format!("{name}.hdr")));
+    let sky_box = SceneFile {
+        background: Some(BackgroundEntry::Environment),
+        environment: Some(EnvironmentEntry::new(EnvironmentPictures::Faces(Box::new(faces)))),
+        ..everything()
+    };
     let grey = SceneFile { background: Some(BackgroundEntry::Color(Vec3::new(0.18, 0.2, 0.23))), ..everything() };
     let only = |shadows| SceneFile { shadows: Some(shadows), ..SceneFile::default() };
     let empty = only(ShadowsEntry::default());
@@ -102,7 +119,7 @@ fn what_is_written_reads_back_the_same() {
         ..ShadowsEntry::default()
     });
     assert!(!sources.to_text().unwrap().contains("[shadows]"), "what is usual is not written");
-    for file in [everything(), bare, dark, sky, grey, empty, sources] {
+    for file in [everything(), bare, dark, sky, sky_box, grey, empty, sources] {
         let text = file.to_text().unwrap();
         assert_eq!(SceneFile::parse(&text).unwrap_or_else(|error| panic!("{error}\n{text}")), file, "{text}");
         assert_eq!(SceneFile::parse(&text).unwrap().to_text().unwrap(), text, "stable");
@@ -152,6 +169,15 @@ fn errors_name_the_place_and_the_key() {
     for (text, line, key) in [
         ("up = \"z\"\ncolour = 1\n", 2, "colour"),
         ("up = \"x\"\n", 1, "x"),
+        ("up = \"z\"\nexposure = 100\n", 2, "exposure"),
+        ("tone_map = \"filmic\"\n", 1, "filmic"),
+        ("[environment]\ndiffuse = true\n", 1, "picture"),
+        ("[environment]\npicture = \"a\"\nfaces = { right = \"b\" }\n", 3, "left"),
+        ("[environment]\npicture = \"a\"\nfilter = \"ggx\"\n", 3, "ggx"),
+        ("[environment]\npicture = \"a\"\nintensity = -1\n", 1, "intensity"),
+        ("[environment]\npicture = \"a\"\nrotation = inf\n", 1, "rotation"),
+        ("[environment]\npicture = \"\"\n", 1, "picture"),
+        ("[background]\ncolor = [0, 0, 0]\nenvironment = true\n", 1, "environment"),
         ("[[asset]]\npath = \"a\"\nposiiton = [0,0,0]\n", 3, "posiiton"),
         ("[[asset]]\nname = \"a\"\n", 1, "path"),
         ("[[asset]]\npath = \" \"\n", 1, "path"),
@@ -441,6 +467,66 @@ fn changes_are_recorded_and_come_back() {
     after.lights.clear();
     file.record(&before, &after, &camera);
     assert_eq!((file.lights.as_deref(), file.cameras.len()), (Some(&[][..]), 1));
+}
+
+/// A folder with a panorama of two pixels.
+fn folder_with_sky() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let pixels = [[2.0, 0.5, 0.25], [1.0, 8.0, 0.0]].map(image::Rgb);
+    let file = std::fs::File::create(folder.path().join("sky.hdr")).unwrap();
+    image::codecs::hdr::HdrEncoder::new(file).encode(&pixels, 2, 1).unwrap();
+    folder
+}
+
+#[test]
+fn an_environment_lights_the_scene_and_is_behind_it() {
+    let folder = folder_with_sky();
+    let path = folder.path().join("a.scene.toml");
+    let assembled = |text: &str| SceneFile::parse(text).unwrap().assemble(Vec::new(), &path);
+    let built = assembled(
+        "exposure = 1\ntone_map = \"neutral\"\n[environment]\npicture = \"sky.hdr\"\nspecular = false\nrotation = 90\n",
+    );
+    assert!(built.warnings.is_empty(), "{:?}", built.warnings);
+    let environment = built.scene.environment.clone().unwrap();
+    assert!(environment.diffuse && !environment.specular && environment.map.is_linear());
+    assert!((environment.rotation - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    assert_eq!((built.scene.exposure, built.scene.tone_map), (1.0, ToneMap::Neutral));
+    assert_eq!(built.scene.background, Background::Environment);
+
+    let painted = assembled("[background]\ncolor = [0, 0, 0]\n[environment]\npicture = \"sky.hdr\"\n");
+    assert_eq!(painted.scene.background, Background::Color(Vec3::ZERO));
+    for (text, reason) in [
+        ("[environment]\npicture = \"none.hdr\"\n", "there is no such file"),
+        ("[environment]\npicture = \"../other.hdr\"\n", "leads out of"),
+        (
+            "[environment.faces]\nright = \"sky.hdr\"\nleft = \"sky.hdr\"\nup = \"sky.hdr\"\ndown = \"sky.hdr\"\n\
+             front = \"sky.hdr\"\nback = \"sky.hdr\"\n",
+            "face right is 2 × 1 pixels",
+        ),
+    ] {
+        let built = assembled(text);
+        let Finding { code, message, .. } = &built.warnings[0];
+        assert_eq!(*code, "scene/environment");
+        assert!(message.contains(reason) && message.ends_with("lit by its lights"), "{message}");
+        assert_eq!((built.scene.environment, built.scene.background), (None, Background::default()));
+    }
+}
+
+#[test]
+fn changes_of_an_environment_are_recorded() {
+    let folder = folder_with_sky();
+    let path = folder.path().join("a.scene.toml");
+    let mut file = SceneFile::parse("[environment]\npicture = \"sky.hdr\"\nrotation = 12.3\n").unwrap();
+    let before = file.assemble(Vec::new(), &path).scene;
+    let mut after = before.clone();
+    (after.exposure, after.tone_map) = (2.0, ToneMap::Reinhard);
+    let environment = after.environment.as_mut().unwrap();
+    (environment.diffuse, environment.filter, environment.intensity) = (false, Some(SpecularFilter::Phong), 3.0);
+    file.record(&before, &after, &before.fitting_camera(1.0));
+    let entry = file.environment.clone().unwrap();
+    assert_eq!((entry.diffuse, entry.filter, entry.intensity), (false, Some(SpecularFilter::Phong), 3.0));
+    assert_eq!((entry.rotation, file.exposure, file.tone_map), (12.3, Some(2.0), Some(ToneMap::Reinhard)));
+    assert_eq!(file.background, None, "what is the same stays as it is");
 }
 
 #[test]

@@ -197,6 +197,14 @@ impl ShadowParameter {
         })
     }
 
+    /// The values that it may have beside the others of these settings.
+    pub fn range_in(&self, settings: &ShadowSettings) -> Range {
+        match (self.range, self.most(settings)) {
+            (Range::Numbers { from, whole, .. }, Some(to)) => Range::Numbers { from, to, whole },
+            (range, _) => range,
+        }
+    }
+
     /// Its value as text.
     pub fn get(&self, settings: &ShadowSettings) -> String {
         (self.get)(settings)
@@ -207,21 +215,16 @@ impl ShadowParameter {
     /// # Errors
     /// The text is no value that it may have; nothing is changed then.
     pub fn set(&self, settings: &mut ShadowSettings, text: &str) -> Result<(), ParameterError> {
-        let allowed = match self.range {
-            Range::Numbers { from, to, .. } => {
-                let most = self.most(settings).unwrap_or(to);
-                text.parse::<f32>().is_ok_and(|value| value >= from && value <= most)
-            }
+        let range = self.range_in(settings);
+        let allowed = match range {
+            Range::Numbers { from, to, .. } => text.parse::<f32>().is_ok_and(|value| value >= from && value <= to),
             Range::Switch => true,
             Range::Words(words) => words.contains(&text),
         };
         allowed.then(|| (self.set)(settings, text)).flatten().ok_or_else(|| ParameterError {
             key: self.key,
             value: text.to_owned(),
-            range: match (self.range, self.most(settings)) {
-                (Range::Numbers { from, whole, .. }, Some(to)) => Range::Numbers { from, to, whole }.to_string(),
-                (range, _) => range.to_string(),
-            },
+            range: range.to_string(),
         })
     }
 
@@ -261,6 +264,18 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn another_technique_keeps_what_both_have() {
+        let with = |text: &str, technique: &str| {
+            let settings: ShadowSettings = text.parse().unwrap();
+            settings.with_technique(technique.parse().unwrap()).to_string()
+        };
+        assert_eq!(with("pcf:resolution=512,radius=5,bias=0.1", "evsm4"), "evsm4:resolution=512,radius=5");
+        assert_eq!(with("evsm4:radius=3", "cube-evsm4"), "cube-evsm4:radius=3");
+        assert_eq!(with("esm", "evsm4"), "evsm4", "each has its own usual exponent");
+        assert_eq!(with("vsm:blur=running,radius=60", "pcf"), "pcf", "no more than it may have");
     }
 
     #[test]

@@ -69,10 +69,10 @@ pub struct ShadowTechnique {
 }
 
 macro_rules! words {
-    ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $word:literal),* $(,)? }) => {
+    ($(#[$meta:meta])* $name:ident { $($(#[doc = $doc:literal])* $variant:ident = $word:literal),* $(,)? }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-        pub enum $name { $($(#[$doc])* $variant),* }
+        pub enum $name { $($(#[doc = $doc])* $variant),* }
 
         impl $name {
             /// All of them.
@@ -85,6 +85,11 @@ macro_rules! words {
 
             /// Their words.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
+
+            /// What it means, in a sentence or two.
+            pub const fn meaning(self) -> &'static str {
+                match self { $(Self::$variant => concat!($($doc),*).trim_ascii()),* }
+            }
         }
 
         impl fmt::Display for $name {
@@ -290,6 +295,19 @@ impl ShadowSettings {
             split: 0.7,
             blend: 0.1,
         }
+    }
+
+    /// Another technique with the parameters that both have; the rest as usual.
+    #[must_use]
+    pub fn with_technique(&self, technique: ShadowTechnique) -> Self {
+        let mut settings = Self::new(technique);
+        for parameter in self.parameters().filter(|parameter| parameter.belongs_to(technique)) {
+            // What is usual for one filter need not be for another, and what one may have another may not.
+            if parameter.get(self) != parameter.get(&Self::new(self.technique)) {
+                let _ = parameter.set(&mut settings, &parameter.get(self));
+            }
+        }
+        if settings.check().is_ok() { settings } else { Self::new(technique) }
     }
 
     /// The parameters that its technique has.

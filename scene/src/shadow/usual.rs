@@ -43,13 +43,11 @@ fn angle(light: &Light, bounds: &Aabb) -> f32 {
                 return 0.0;
             }
             let axis = (bounds.center() - position).normalize_or_zero();
-            let pick =
-                |corner: usize, bit: usize| if corner >> bit & 1 == 0 { bounds.min[bit] } else { bounds.max[bit] };
-            let half = (0..8)
-                .map(|corner| Vec3::new(pick(corner, 0), pick(corner, 1), pick(corner, 2)) - position)
-                .map(|towards| towards.normalize_or_zero().dot(axis).clamp(-1.0, 1.0).acos())
-                .fold(0.0, f32::max);
-            2.0 * half
+            let half = bounds.corners().into_iter().map(|corner| {
+                let towards = (corner - position).normalize_or_zero();
+                towards.dot(axis).clamp(-1.0, 1.0).acos()
+            });
+            2.0 * half.fold(0.0, f32::max)
         }
     }
 }

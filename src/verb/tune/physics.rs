@@ -11,7 +11,7 @@ use aam_physics::{DropErrors, DropTest, Shape};
 use glam::Vec3;
 use serde_json::json;
 
-use super::TuneArgs;
+use super::TunePhysicsArgs;
 use crate::failure::Failure;
 use crate::open;
 use crate::progress::Bar;
@@ -39,7 +39,7 @@ struct Tried {
     errors: DropErrors,
 }
 
-pub(super) fn run(args: &TuneArgs, terminal: &Terminal) -> Result<ExitCode, Failure> {
+pub(super) fn run(args: &TunePhysicsArgs, terminal: &Terminal) -> Result<ExitCode, Failure> {
     if let (Some(output), Ok(input)) = (&args.output, args.file.canonicalize())
         && output.canonicalize().is_ok_and(|output| output == input)
     {
@@ -102,7 +102,7 @@ fn moving_objects(document: &Document) -> Vec<usize> {
 /// The name, and why it cannot be tuned.
 type Refused = (String, String);
 
-fn tune(args: &TuneArgs, document: &Document, index: usize) -> Result<Tuned, Refused> {
+fn tune(args: &TunePhysicsArgs, document: &Document, index: usize) -> Result<Tuned, Refused> {
     let object = &document.objects()[index];
     let name = object.name.decoded();
     let refused = |reason: String| (name.clone(), reason);
@@ -184,7 +184,7 @@ fn table(tuned: &Tuned, terminal: &Terminal) -> Result<(), Failure> {
     Ok(())
 }
 
-fn report(args: &TuneArgs, found: &[Tuned]) -> serde_json::Value {
+fn report(args: &TunePhysicsArgs, found: &[Tuned]) -> serde_json::Value {
     let errors = |errors: &DropErrors| {
         json!({
             "path": errors.path, "worst_path": errors.worst_path,

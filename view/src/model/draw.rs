@@ -5,7 +5,7 @@ use std::path::Path;
 use std::borrow::Cow;
 
 use aam_renderer::{Overlays, RenderOptions, Renderer, Target};
-use aam_scene::{Scene, View};
+use aam_scene::{Scene, Shadows, View};
 
 use super::{Model, file_name};
 use crate::{marks, pose, screenshot};
@@ -41,6 +41,7 @@ impl Model {
         }
         RenderOptions {
             msaa: self.msaa,
+            displacement: self.display.displacement,
             show: self.display.show,
             overlays: Overlays { wireframe: self.display.wireframe, normals, bounds: self.display.bounds, shapes },
             ..RenderOptions::default()
@@ -66,7 +67,28 @@ impl Model {
     }
 
     fn view(&self, width: u32, height: u32) -> View {
+        View { camera: self.camera(), width, height, frame: self.frame() as f32 }
+    }
+
+    /// The eye's view, of which only the shape of the picture matters.
+    pub(super) fn eye_view(&self) -> View {
+        let height = 1000;
+        let width = (self.aspect * height as f32) as u32;
         View { camera: self.eye.camera(), width, height, frame: self.frame() as f32 }
+    }
+
+    /// Takes the shadows out of the scene while it is drawn without.
+    fn hide_shadows(&mut self) -> Option<Shadows> {
+        if !self.display.no_shadows {
+            return None;
+        }
+        self.opened.as_mut().and_then(|opened| opened.scene.shadows.take())
+    }
+
+    fn restore_shadows(&mut self, hidden: Option<Shadows>) {
+        if let (Some(opened), Some(hidden)) = (&mut self.opened, hidden) {
+            opened.scene.shadows = Some(hidden);
+        }
     }
 
     /// Draws the picture.
@@ -75,8 +97,12 @@ impl Model {
         self.settling = self.settling.saturating_sub(1);
         let options = self.options();
         let view = self.view(width, height);
-        let Some(scene) = self.shown() else { return };
-        match renderer.render(&scene, &view, &options, target) {
+        self.update_shadow_notes();
+        let hidden = self.hide_shadows();
+        let drawn = self.shown().map(|scene| renderer.render(&scene, &view, &options, target));
+        self.restore_shadows(hidden);
+        let Some(drawn) = drawn else { return };
+        match drawn {
             Ok(stats) => {
                 if let Some(warning) = stats.warnings.first() {
                     let warning = warning.clone();
@@ -92,11 +118,13 @@ impl Model {
     pub(crate) fn screenshot(&mut self, renderer: &mut Renderer, width: u32, height: u32) {
         let options = self.options();
         let view = self.view(width, height);
-        let Some(scene) = self.shown() else { return };
+        let hidden = self.hide_shadows();
+        let drawn = self.shown().map(|scene| renderer.render_to_image(&scene, &view, &options));
+        self.restore_shadows(hidden);
+        let Some(drawn) = drawn else { return };
         let name = self.path.as_deref().map_or_else(|| "view".into(), file_name);
         let stem = name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("view");
-        let saved = renderer
-            .render_to_image(&scene, &view, &options)
+        let saved = drawn
             .map_err(|error| error.to_string())
             .and_then(|(picture, _)| screenshot::save(Path::new("."), stem, &picture));
         match saved {

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use aam_scene::{LightKind, Material, Node, TextureId, TextureLayer};
+use aam_scene::{LightKind, Material, Members, Node, ShadowSettings, ShadowSource, Shadows, TextureId, TextureLayer};
 use glam::{Mat3, Vec3};
 
 use super::*;
@@ -26,7 +26,7 @@ fn model(next: &Arc<Mutex<Result<Scene, String>>>) -> (Model, Arc<AtomicBool>) {
     let (next, saved) = (Arc::clone(next), Arc::new(AtomicBool::new(false)));
     let flag = Arc::clone(&saved);
     let options = Options {
-        file: Some("model.aam".into()),
+        files: vec!["model.aam".into()],
         size: [100, 100],
         msaa: Msaa::X1,
         opener: Arc::new(move |_, _| {
@@ -78,6 +78,61 @@ fn what_the_user_changed_outlives_a_reload() {
     model.open(Path::new("other.aam"));
     settle(&mut model);
     assert!(opened(&model).lights.is_empty() && model.selected.is_none(), "another file starts afresh");
+}
+
+#[test]
+fn shadows_are_edited_shown_and_saved() {
+    let lit = || Scene { lights: vec![light("a"), light("b"), light("c")], ..scene(&["a", "b"]) };
+    let next = Arc::new(Mutex::new(Ok(lit())));
+    let (mut model, saved) = model(&next);
+    model.act(Action::Shadows);
+    let names = |model: &Model| -> Vec<String> {
+        let sources = model.shadows().map_or(&[][..], |shadows| &shadows.sources);
+        sources.iter().map(|source| format!("{} {:?}", source.name, source.light)).collect()
+    };
+    assert_eq!(names(&model), ["a Some(0)", "b Some(1)", "c Some(2)"], "every light gets one");
+    assert!(model.unsaved && !model.display.no_shadows);
+    model.act(Action::Shadows);
+    assert!(model.display.no_shadows && names(&model).len() == 3, "hidden, not gone");
+    model.act(Action::Shadows);
+
+    model.light_removed(1);
+    model.set_lights(vec![light("a"), light("c")]);
+    assert_eq!(names(&model), ["a Some(0)", "c Some(1)"], "the shadow goes with its light");
+    let mut shadows = model.shadows().cloned().expect("shadows");
+    shadows.casters = Members::Only(vec![NodeId(1)]);
+    model.set_shadows(Some(shadows));
+    *next.lock().expect("not poisoned") = Ok(Scene { nodes: scene(&["b", "c", "a"]).nodes, ..lit() });
+    model.reload();
+    settle(&mut model);
+    assert_eq!(names(&model), ["a Some(0)", "c Some(1)"]);
+    assert_eq!(
+        model.shadows().expect("shadows").casters,
+        Members::Only(vec![NodeId(0)]),
+        "b casts where it now stands"
+    );
+    model.act(Action::Save);
+    assert!(saved.load(Ordering::SeqCst));
+}
+
+#[test]
+fn the_view_of_a_source_ends_with_the_next_move() {
+    let next = Arc::new(Mutex::new(Ok(Scene { lights: vec![light("a")], ..scene(&["a"]) })));
+    let (mut model, _) = model(&next);
+    model.act(Action::LightView);
+    assert!(model.light_view.is_none() && model.notice().is_some(), "there is no source");
+    let volume = model.eye.camera();
+    let source = ShadowSource { volume: Some(volume.clone()), ..ShadowSource::of_light(0, ShadowSettings::default()) };
+    model.set_shadows(Some(Shadows { sources: vec![source], ..Shadows::default() }));
+    model.act(Action::LightView);
+    assert_eq!((model.light_view, model.step()), (Some(0), Some(Step::LightView)));
+    assert_eq!(model.camera().position, volume.position);
+    model.act(Action::LookFrom(Side::Top));
+    assert_eq!((model.light_view, model.step()), (None, Some(Step::Shadowed)));
+    for (step, _, _) in Step::ALL {
+        model.show_step(step);
+        assert_eq!(model.step(), Some(step));
+    }
 }
 
 #[test]

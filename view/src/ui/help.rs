@@ -39,8 +39,10 @@ const KEYS: [Group; 4] = [
             ("N", "normals"),
             ("B", "bounds"),
             ("K", "collision hulls"),
-            ("V", "collision hulls, apart"),
-            ("M", "contacts of the simulation"),
+            ("M", "shadows on or off"),
+            ("V", "the view of each shadow source"),
+            ("Y", "collision hulls, apart"),
+            ("U", "contacts of the simulation"),
             ("Z", "which bodies sleep"),
             ("T", "panels"),
         ],
@@ -48,7 +50,7 @@ const KEYS: [Group; 4] = [
     (
         "File",
         &[
-            ("Ctrl S", "save lights, background, visibility and view"),
+            ("Ctrl S", "save lights, shadows, background, visibility, view"),
             ("P, F12", "picture as PNG into this folder"),
             ("R", "read the file again"),
             ("Drop a file", "open it"),

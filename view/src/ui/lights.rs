@@ -6,8 +6,15 @@ use glam::Vec3;
 
 use super::theme;
 
-/// Draws the editor; true if a light changed.
-pub(crate) fn show(ui: &mut egui::Ui, lights: &mut Vec<Light>, camera: &Camera, size: f32) -> bool {
+/// What the user did with the lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Edit {
+    pub(crate) changed: bool,
+    pub(crate) removed: Option<usize>,
+}
+
+/// Draws the editor.
+pub(crate) fn show(ui: &mut egui::Ui, lights: &mut Vec<Light>, camera: &Camera, size: f32) -> Edit {
     let mut changed = false;
     if lights.is_empty() {
         ui.label(theme::weak("None: one white light at the camera."));
@@ -35,7 +42,7 @@ pub(crate) fn show(ui: &mut egui::Ui, lights: &mut Vec<Light>, camera: &Camera, 
             }
         }
     });
-    changed
+    Edit { changed, removed }
 }
 
 fn edit(ui: &mut egui::Ui, index: usize, light: &mut Light, camera: &Camera, size: f32) -> bool {
@@ -137,7 +144,7 @@ fn kind_choice(ui: &mut egui::Ui, index: usize, kind: &mut LightKind, camera: &C
     true
 }
 
-fn vector_row(ui: &mut egui::Ui, name: &str, vector: &mut Vec3, speed: f64) -> bool {
+pub(super) fn vector_row(ui: &mut egui::Ui, name: &str, vector: &mut Vec3, speed: f64) -> bool {
     ui.label(name);
     let changed = ui
         .horizontal(|ui| {

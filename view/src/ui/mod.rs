@@ -1,16 +1,19 @@
 //! The panels around the picture, and what the pointer does on it.
 
+mod demo;
+mod environment;
 mod help;
 mod icons;
 mod inspector;
 mod lights;
+mod shadows;
 mod theme;
 mod toolbar;
 mod tree;
 
 pub(crate) use theme::apply as apply_theme;
 
-use aam_scene::{Background, Shading};
+use aam_scene::{Background, DisplacementMode, Shading};
 use egui::{Align2, CentralPanel, Color32, Frame, Margin, Panel, PointerButton, Rect, ScrollArea, Sense, pos2, vec2};
 use glam::{Vec2, Vec3};
 
@@ -49,18 +52,21 @@ impl Panels {
             self.generation = model.generation;
             self.thumbnails.clear();
         }
-        let mut asked = Asked { actions: keys::actions(ui.ctx()), picture: None };
+        let mut asked = Asked { actions: keys::actions(ui.ctx(), model.demo.is_some()), picture: None };
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let flight = keys::flight(ui.ctx(), seconds);
         if flight != Vec3::ZERO {
             model.eye.fly(flight);
-            model.stale = true;
+            model.look_from_source(None);
             ui.ctx().request_repaint();
         }
         if !self.hidden {
             let bar = Frame::new().fill(theme::PANEL).inner_margin(Margin::symmetric(10, 6));
             Panel::top("bar").frame(bar).show(ui, |ui| toolbar::show(ui, model, &mut asked.actions));
             Panel::bottom("status").frame(bar).show(ui, |ui| status(ui, model));
+            if model.demo.is_some() {
+                Panel::bottom("demo").frame(bar).show(ui, |ui| demo::show(ui, model));
+            }
             if model.has_bodies() {
                 Panel::bottom("bodies").frame(bar).show(ui, |ui| toolbar::simulation(ui, model, &mut asked.actions));
             }
@@ -113,9 +119,21 @@ impl Panels {
             }
             separated_heading(ui, "Lights");
             let mut lights = model.opened.as_ref().map(|opened| opened.scene.lights.clone()).unwrap_or_default();
-            if lights::show(ui, &mut lights, &model.eye.camera(), size) {
+            let edit = lights::show(ui, &mut lights, &model.eye.camera(), size);
+            if let Some(removed) = edit.removed {
+                model.light_removed(removed);
+            }
+            if edit.changed {
                 model.set_lights(lights);
             }
+            if let Some(mut environment) = model.opened.as_ref().and_then(|opened| opened.scene.environment.clone()) {
+                separated_heading(ui, "Environment");
+                if environment::show(ui, &mut environment) {
+                    model.set_environment(environment);
+                }
+            }
+            separated_heading(ui, "Shadows");
+            shadows::show(ui, model);
             separated_heading(ui, "Scene");
             scene_settings(ui, model);
             let warnings = model.opened.as_ref().map_or(&[][..], |opened| &opened.warnings);
@@ -147,6 +165,12 @@ impl Panels {
                 egui::FontId::proportional(16.0),
                 theme::WEAK,
             );
+        }
+        if model.light_view.is_some() {
+            // The window of the source is square and as high as the picture.
+            let window = Rect::from_center_size(rect.center(), egui::Vec2::splat(rect.height()));
+            let stroke = egui::Stroke::new(1.0, theme::ACCENT);
+            ui.painter().with_clip_rect(rect).rect_stroke(window, 0.0, stroke, egui::StrokeKind::Inside);
         }
         overlay(ui, model, rect);
         rect
@@ -198,13 +222,13 @@ impl Panels {
             } else {
                 model.eye.orbit(drag);
             }
-            model.stale = true;
+            model.look_from_source(None);
         }
         if response.hovered() {
             let notches = ui.input(|input| input.smooth_scroll_delta.y / 40.0 + (input.zoom_delta() - 1.0) * 4.0);
             if notches != 0.0 {
                 model.eye.zoom(notches);
-                model.stale = true;
+                model.look_from_source(None);
             }
         }
         if response.clicked()
@@ -222,7 +246,7 @@ impl Panels {
 fn ray(model: &Model, rect: Rect, point: egui::Pos2) -> (Vec3, Vec3) {
     let x = 2.0 * (point.x - rect.left()) / rect.width() - 1.0;
     let y = 1.0 - 2.0 * (point.y - rect.top()) / rect.height();
-    let camera = model.eye.camera();
+    let camera = model.camera();
     let from_clip = (camera.projection_matrix(model.aspect) * camera.view()).inverse();
     let at = |depth: f32| from_clip.project_point3(Vec3::new(x, y, depth));
     (at(0.0), at(1.0) - at(0.0))
@@ -239,7 +263,8 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
     let Some(opened) = &model.opened else { return };
     let mut background = opened.scene.background.clone();
     let mut shading = opened.scene.shading;
-    let mut changed = false;
+    let mut display = (opened.scene.exposure, opened.scene.tone_map);
+    let (mut changed, mut display_changed) = (false, false);
     egui::Grid::new("scene").num_columns(2).spacing([14.0, 5.0]).show(ui, |ui| {
         ui.label("Background");
         ui.horizontal(|ui| {
@@ -253,6 +278,11 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
                 background = Background::default();
                 changed = true;
             }
+            let sky = background != Background::Environment && opened.scene.environment.is_some();
+            if sky && ui.button("Environment").clicked() {
+                background = Background::Environment;
+                changed = true;
+            }
         });
         ui.end_row();
         ui.label("Shading");
@@ -261,12 +291,46 @@ fn scene_settings(ui: &mut egui::Ui, model: &mut Model) {
             ui.selectable_value(&mut shading, Shading::Linear, "linear").on_hover_text("In linear light");
         });
         ui.end_row();
+        display_changed = environment::display_rows(ui, &mut display.0, &mut display.1);
     });
     if changed {
         model.set_background(background);
     }
+    displacement_settings(ui, model);
     if model.opened.as_ref().is_some_and(|opened| opened.scene.shading != shading) {
         model.set_shading(shading);
+    }
+    if display_changed {
+        model.set_display(display.0, display.1);
+    }
+}
+
+/// How displacement maps are drawn, where there are any.
+fn displacement_settings(ui: &mut egui::Ui, model: &mut Model) {
+    let any = |opened: &crate::Opened| opened.scene.meshes.iter().any(|mesh| mesh.displacement.is_some());
+    if !model.opened.as_ref().is_some_and(any) {
+        return;
+    }
+    let mut mode = model.display.displacement;
+    ui.horizontal(|ui| {
+        ui.label("Displacement");
+        ui.selectable_value(&mut mode, DisplacementMode::Off, "off").on_hover_text("The base meshes");
+        let uniform = ui.selectable_value(&mut mode, DisplacementMode::Uniform, "uniform");
+        uniform.on_hover_text("Each edge in as many parts as the file says");
+        let adaptive = ui.selectable_label(matches!(mode, DisplacementMode::Adaptive { .. }), "adaptive");
+        if adaptive.on_hover_text("As fine as the picture needs").clicked() {
+            mode = DisplacementMode::ADAPTIVE;
+        }
+        let parallax = ui.selectable_value(&mut mode, DisplacementMode::Parallax, "parallax");
+        parallax.on_hover_text("The base meshes, with the map looked up along the ray of sight");
+        if let DisplacementMode::Adaptive { pixel_error } = &mut mode {
+            let drag = egui::DragValue::new(pixel_error).range(0.05..=64.0).speed(0.05).suffix(" px");
+            ui.add(drag).on_hover_text("The most that a point moves when the tessellation changes");
+        }
+    });
+    if mode != model.display.displacement {
+        model.display.displacement = mode;
+        model.stale = true;
     }
 }
 

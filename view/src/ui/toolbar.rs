@@ -12,12 +12,14 @@ use crate::model::{Action, Model, file_name};
 /// What is drawn, from where; help.
 pub(super) fn show(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
+        let sources = model.source_count();
         let display = &mut model.display;
         let before = *display;
         ComboBox::from_id_salt("show").selected_text(show_name(display.show)).width(130.0).show_ui(ui, |ui| {
             let layers = Layer::ALL.into_iter();
             let shows = [Show::Lit].into_iter().chain(layers.clone().map(Show::Layer)).chain([Show::Normals]);
-            for show in shows.chain([Show::Uvs(Layer::Diffuse)]) {
+            let of_sources = (0..sources).flat_map(|source| [Show::Shadow(source), Show::ShadowMap(source)]);
+            for show in shows.chain([Show::Uvs(Layer::Diffuse)]).chain(of_sources) {
                 ui.selectable_value(&mut display.show, show, show_name(show));
             }
         });
@@ -32,7 +34,7 @@ pub(super) fn show(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec<Actio
         if display.hulls {
             let slider = Slider::new(&mut display.explode, 0.0..=3.0).show_value(false);
             ui.spacing_mut().slider_width = 70.0;
-            ui.add(slider).on_hover_text("How far hulls stand apart (V)");
+            ui.add(slider).on_hover_text("How far hulls stand apart (Y)");
         }
         model.stale |= before != model.display;
         ui.separator();
@@ -92,6 +94,7 @@ fn show_name(show: Show) -> String {
         Show::Layer(layer) => format!("Only {}", inspector::layer_name(layer)),
         Show::Normals => "Shading normals".into(),
         Show::Shadow(source) => format!("Shadow {}", source + 1),
+        Show::ShadowMap(source) => format!("Shadow map {}", source + 1),
         Show::Uvs(_) => "Texture coordinates".into(),
     }
 }
@@ -112,7 +115,7 @@ pub(super) fn simulation(ui: &mut egui::Ui, model: &mut Model, actions: &mut Vec
             actions.push(Action::SimulateReset);
         }
         let before = model.display;
-        ui.toggle_value(&mut model.display.contacts, "Contacts").on_hover_text("Where bodies touch (M)");
+        ui.toggle_value(&mut model.display.contacts, "Contacts").on_hover_text("Where bodies touch (U)");
         ui.toggle_value(&mut model.display.sleeping, "Sleep")
             .on_hover_text("The box of each dynamic body: orange awake, blue asleep (Z)");
         model.stale |= before != model.display;
