@@ -18,8 +18,10 @@ struct Environment {
 
 // 0 off, 1 cube, otherwise bands of spherical harmonics.
 override ENVIRONMENT_DIFFUSE: u32 = 0u;
-// 0 off, 1 mirror, 2 Phong.
-override ENVIRONMENT_SPECULAR: u32 = 0u;
+#if SPECULAR
+// 1 mirror, 2 Phong.
+override ENVIRONMENT_SPECULAR: u32 = 1u;
+#endif
 
 fn harmonic(index: u32) -> vec3f {
     return environment.harmonics[index].rgb;
@@ -48,6 +50,7 @@ fn diffuse_light(d: vec3f) -> vec3f {
     return max(sum, vec3f(0.0));
 }
 
+#if SPECULAR
 // The mean over the Phong lobe around a unit direction, or what a mirror shows.
 fn specular_light(d: vec3f, exponent: f32) -> vec3f {
     if (ENVIRONMENT_SPECULAR == 1u) {
@@ -57,15 +60,17 @@ fn specular_light(d: vec3f, exponent: f32) -> vec3f {
     // the next one is that which gives the lobe's variance; level 0 has none.
     let across = dpdx(d);
     let down = dpdy(d);
-    let variance = 1.0 / exponent + max(dot(across, across), dot(down, down)) / 12.0;
-    let relative = environment.first_exponent * variance;
-    var level = relative;
-    if (relative > 1.0) {
-        let whole = floor(0.5 * log2(relative));
-        level = 1.0 + whole + (relative * exp2(-2.0 * whole) - 1.0) / 3.0;
-    }
-    return textureSampleLevel(specular_cube, environment_sampler, d, min(level, environment.last_level)).rgb;
+    let variance = 1.0 / max(exponent, 1e-3) + max(dot(across, across), dot(down, down)) / 12.0;
+    // A level that is no number may be read from anywhere.
+    let relative = clamp(environment.first_exponent * variance, 0.0, 1e9);
+    let whole = floor(0.5 * log2(max(relative, 1.0)));
+    let wide = 1.0 + whole + (relative * exp2(-2.0 * whole) - 1.0) / 3.0;
+    let wanted = select(relative, wide, relative > 1.0);
+    let last = environment.last_level;
+    let level = select(select(0.0, last, wanted >= last), wanted, wanted > 0.0 && wanted < last);
+    return textureSampleLevel(specular_cube, environment_sampler, d, level).rgb;
 }
+#endif
 
 // What a surface of the material gives back, before its texture.
 fn lit_by_environment(position: vec3f, normal: vec3f) -> vec3f {
@@ -73,11 +78,10 @@ fn lit_by_environment(position: vec3f, normal: vec3f) -> vec3f {
     if (ENVIRONMENT_DIFFUSE > 0u) {
         sum += material.diffuse * (environment.factor * diffuse_light(environment.lookup * normal));
     }
-    // The same for all fragments of a draw call.
-    if (ENVIRONMENT_SPECULAR > 0u && any(material.specular > vec3f(0.0))) {
-        let view = towards_eye(position);
-        let mirrored = 2.0 * dot(normal, view) * normal - view;
-        sum += material.specular * (environment.factor * specular_light(environment.lookup * mirrored, material.exponent));
-    }
+#if SPECULAR
+    let view = towards_eye(position);
+    let mirrored = 2.0 * dot(normal, view) * normal - view;
+    sum += material.specular * (environment.factor * specular_light(environment.lookup * mirrored, material.exponent));
+#endif
     return sum;
 }

@@ -121,20 +121,17 @@ fn shadow_msm(map: texture_2d_array<f32>, s: u32, v: u32, r: Receiver) -> f32 {
     c2 /= d3;
     c1 -= l32 * c2;
     let c0 = 1.0 - c1 * b.x - c2 * b.y;
-    // Roots of c2 x² + c1 x + c0; without curvature there is one, and the bound is Chebyshev's.
-    if (abs(c2) < 1e-9) {
-        return unbled(s, chebyshev(b.x, b.y, z, shadow_sources[s].min_variance));
-    }
-    let p = c1 / c2;
-    let q = c0 / c2;
+    // Roots of c2 x² + c1 x + c0; without curvature there is one, and the bound is Chebyshev's. No branches: Mesa's
+    // lavapipe (22.3) crashes while it compiles them below the choice of a cube's face.
+    let curved = abs(c2) >= 1e-9;
+    let p = c1 / select(1.0, c2, curved);
+    let q = c0 / select(1.0, c2, curved);
     let root = sqrt(max(0.25 * p * p - q, 0.0));
     let low = -0.5 * p - root;
     let high = -0.5 * p + root;
-    var shadow = 0.0;
-    if (z > high) {
-        shadow = 1.0 - (low * high - b.x * (low + high) + b.y) / ((z - low) * (z - high));
-    } else if (z > low) {
-        shadow = (z * high - b.x * (z + high) + b.y) / ((high - low) * (z - low));
-    }
-    return unbled(s, 1.0 - saturate(shadow));
+    let beyond = 1.0 - (low * high - b.x * (low + high) + b.y) / ((z - low) * (z - high));
+    let between = (z * high - b.x * (z + high) + b.y) / ((high - low) * (z - low));
+    let shadow = select(select(0.0, between, z > low), beyond, z > high);
+    let lit = select(chebyshev(b.x, b.y, z, shadow_sources[s].min_variance), 1.0 - saturate(shadow), curved);
+    return unbled(s, lit);
 }

@@ -505,6 +505,7 @@ Examples:
   aam simulate model.aam                          say where its bodies come to rest
   aam simulate model.aam -o fall.glb --time 4     an animation; .aam and .gltf too
   aam simulate room.scene.toml -o poses.csv --fps 60
+  aam simulate room.scene.toml -o fall.png --fps 10       pictures: fall_00.png … fall_50.png
   aam simulate model.aam --steps 600 --dt 1/240 --hash
   aam convert chair.glb --physics dynamic && aam simulate chair.aam --gravity 0,0,-1.62
 
@@ -520,9 +521,12 @@ pub(crate) struct SimulateArgs {
     /// File to simulate: .aam, or a .scene.toml that lists some
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
-    /// Poses as .json or .csv, or an animation as .aam, .glb or .gltf; --fps says how many frames a second
+    /// Poses as .json or .csv, an animation as .aam, .glb or .gltf, or pictures as .png; --fps says how many a second
     #[arg(short, long, value_name = "PATH", value_hint = ValueHint::FilePath)]
     pub(crate) output: Option<PathBuf>,
+    /// Size of pictures in pixels
+    #[arg(short, long, value_name = "WxH", default_value = "1280x720", value_parser = args::size)]
+    pub(crate) size: Size,
     /// Simulated time; without it and --steps 5
     #[arg(long, value_name = "SECONDS", value_parser = args::positive, conflicts_with = "steps")]
     pub(crate) time: Option<f32>,

@@ -84,6 +84,20 @@ fn what_was_simulated_plays_as_aam_and_glb() {
 }
 
 #[test]
+fn what_was_simulated_is_drawn() {
+    let folder = Folder::new();
+    let file = folder.fixture("physics.aam");
+    let pictures = ["simulate", &file, "-o", "fall.png", "--time", "1", "--fps", "2", "--size", "160x120"];
+    folder.aam(&pictures).succeeds().says("fall.png").says("3 frames");
+    let pixels = |name: &str| folder.picture(name).to_rgba8().into_raw();
+    let (first, last) = (pixels("fall_00.png"), pixels("fall_02.png"));
+    assert_eq!(first.len(), 160 * 120 * 4);
+    let changed = first.iter().zip(&last).filter(|(a, b)| a.abs_diff(**b) > 24).count();
+    assert!(changed > 100, "things have moved: {changed} values");
+    assert!(!folder.has("fall_03.png"));
+}
+
+#[test]
 fn a_scene_has_the_bodies_of_all_its_assets() {
     let folder = Folder::new();
     let file = folder.fixture("physics.aam");
@@ -119,7 +133,7 @@ fn what_cannot_be_simulated_is_said() {
     folder.aam(&["simulate", "a.aam"]).fails(2).says("no bodies").says("--physics");
     folder.aam(&["simulate", "nothing.aam"]).fails(2).says("nothing.aam");
     let file = folder.fixture("physics.aam");
-    folder.aam(&["simulate", &file, "-o", "a.png"]).fails(2).says("a.png").says(".csv");
+    folder.aam(&["simulate", &file, "-o", "a.jpg"]).fails(2).says("a.jpg").says(".csv");
     folder.aam(&["simulate", &file, "-o", "nowhere/a.csv"]).fails(2).says("nowhere");
     folder.aam(&["simulate", &file, "-o", "a.csv", "--fps", "1000", "--time", "1e7"]).fails(2).says("--fps");
     for (option, value) in

@@ -415,8 +415,9 @@ fn resolve(
             } else if light_map.is_some() {
                 Surface::LightMapped
             } else if let Some(terms) = mode.environment {
-                let reflects = terms.diffuse > 0 && parameters.diffuse != Vec3::ZERO || terms.specular > 0 && specular;
-                if reflects { Surface::Environment { normal } } else { Surface::Flat }
+                let specular = specular && terms.specular > 0;
+                let reflects = specular || terms.diffuse > 0 && parameters.diffuse != Vec3::ZERO;
+                if reflects { Surface::Environment { normal, specular } } else { Surface::Flat }
             } else if mode.lit && (specular || parameters.diffuse != Vec3::ZERO) {
                 Surface::Lit { normal, specular, falloff: mode.falloff }
             } else {

@@ -63,12 +63,11 @@ impl Constants {
                 Self { lights, parallel: parallel && (specular || variant.relief), tone_map, ..Self::default() }
             }
             Surface::ShowShadow => Self { shown_source, ..Self::default() },
-            Surface::Environment { .. } => Self {
-                parallel: parallel && (environment.specular > 0 || variant.relief),
-                environment,
-                tone_map,
-                ..Self::default()
-            },
+            Surface::Environment { specular, .. } => {
+                let environment =
+                    EnvironmentTerms { specular: if specular { environment.specular } else { 0 }, ..environment };
+                Self { parallel: parallel && (specular || variant.relief), environment, tone_map, ..Self::default() }
+            }
             _ if variant.is_shaded() => Self { parallel: parallel && variant.relief, tone_map, ..Self::default() },
             _ => Self { parallel: parallel && variant.relief, ..Self::default() },
         }
@@ -88,12 +87,14 @@ impl Constants {
                     ("DIRECTIONAL_END", f64::from(self.lights.directional)),
                     ("SPOT_END", f64::from(self.lights.spot)),
                 ],
-                Surface::Environment { .. } => vec![
-                    tone_map,
-                    parallel,
-                    ("ENVIRONMENT_DIFFUSE", f64::from(self.environment.diffuse)),
-                    ("ENVIRONMENT_SPECULAR", f64::from(self.environment.specular)),
-                ],
+                Surface::Environment { specular, .. } => {
+                    let mut values =
+                        vec![tone_map, parallel, ("ENVIRONMENT_DIFFUSE", f64::from(self.environment.diffuse))];
+                    if specular {
+                        values.push(("ENVIRONMENT_SPECULAR", f64::from(self.environment.specular)));
+                    }
+                    values
+                }
                 Surface::ShowShadow => vec![("SHOWN_SOURCE", f64::from(self.shown_source))],
                 _ => {
                     let shaded = variant.is_shaded().then_some(tone_map);

@@ -120,3 +120,18 @@ fn a_scene_without_lights_gets_one_at_the_camera() {
     let scene = Scene { lights: vec![lights[0].clone(), lights[0].clone()], ..Scene::default() };
     assert_eq!(scene.effective_lights(&camera), (scene.lights.clone(), false));
 }
+
+#[test]
+fn a_posed_scene_stands_where_it_is_told() {
+    let mut nodes =
+        vec![node(None, shifted(1.0), None), node(Some(0), shifted(2.0), None), node(Some(1), shifted(3.0), None)];
+    nodes[1].visible = false;
+    let motion = NodeMotion { node: NodeId(0), locals: vec![shifted(9.0)] };
+    let animation = Some(Animation { frames_per_second: 1.0, frame_count: 1, nodes: vec![motion] });
+    let scene = Scene { nodes, animation, ..Scene::default() };
+    let world = [shifted(5.0), shifted(6.0), shifted(7.0)];
+    let posed = scene.posed(&world);
+    assert_eq!(posed.world_transforms(), world);
+    assert_eq!(posed.visibility(), scene.visibility(), "what a parent hides stays hidden");
+    assert!(posed.animation.is_some_and(|animation| animation.nodes.is_empty()));
+}

@@ -13,11 +13,13 @@ use aam_convert::{Asset, ExportOptions, Progress};
 use aam_physics::{
     Continuous, Divergence, PhysicsError, PhysicsMesh, Poses, Registration, Settings, Simulator, physics_meshes,
 };
-use aam_scene::{BuildOptions, NoTextures, NodeId, Scene, SceneFile, build, object_nodes};
+use aam_renderer::{Gpu, RenderOptions, Renderer};
+use aam_scene::{BuildOptions, Camera, NoTextures, NodeId, Scene, SceneFile, View, build, object_nodes};
 use serde_json::json;
 
 use crate::cli::{Continuous as ContinuousArg, SimulateArgs};
 use crate::failure::Failure;
+use crate::picture::{self, Destination};
 use crate::progress::Bar;
 use crate::terminal::{BOLD, Terminal};
 use crate::{human, open};
@@ -33,7 +35,8 @@ pub(crate) fn run(args: &SimulateArgs, terminal: &Terminal) -> Result<ExitCode, 
     let start = Instant::now();
     let output = args.output.as_deref().map(|path| Output::new(path, &args.file)).transpose()?;
     let progress = Bar::new(terminal);
-    let loaded = load(args, &progress)?;
+    let drawn = matches!(output, Some(Output::Pictures(_)));
+    let loaded = if drawn { load_drawn(args, &progress)? } else { load(args, &progress)? };
     if let (Some(Output::Animation(path)), None) = (&output, &loaded.asset) {
         return Err(Failure::new(format_args!(
             "{}: a scene of several assets cannot be one animation",
@@ -95,6 +98,8 @@ enum Output {
     Json(PathBuf),
     Csv(PathBuf),
     Animation(PathBuf),
+    /// One PNG for each frame, numbered.
+    Pictures(PathBuf),
 }
 
 impl Output {
@@ -104,9 +109,10 @@ impl Output {
             Some("json") => Self::Json(path.to_owned()),
             Some("csv") => Self::Csv(path.to_owned()),
             Some("aam" | "glb" | "gltf") => Self::Animation(path.to_owned()),
+            Some("png") => Self::Pictures(path.to_owned()),
             _ => {
                 return Err(Failure::new(format_args!("{}: poses cannot be written as this", path.display()))
-                    .help("the output's extension decides: .json .csv .aam .glb .gltf"));
+                    .help("the output's extension decides: .json .csv .aam .glb .gltf .png"));
             }
         };
         if let (Ok(a), Ok(b)) = (path.canonicalize(), input.canonicalize())
@@ -128,7 +134,7 @@ impl Output {
 
     fn path(&self) -> &Path {
         match self {
-            Self::Json(path) | Self::Csv(path) | Self::Animation(path) => path,
+            Self::Json(path) | Self::Csv(path) | Self::Animation(path) | Self::Pictures(path) => path,
         }
     }
 }
@@ -140,6 +146,8 @@ struct Loaded {
     documents: Vec<(Arc<Document>, usize)>,
     /// The asset, where there is but one.
     asset: Option<Asset>,
+    /// The camera that the file names.
+    camera: Option<Camera>,
 }
 
 fn load(args: &SimulateArgs, progress: &dyn Progress) -> Result<Loaded, Failure> {
@@ -149,7 +157,12 @@ fn load(args: &SimulateArgs, progress: &dyn Progress) -> Result<Loaded, Failure>
     if !SceneFile::is_one(&args.file) {
         let asset = open::asset(&args.file, &options, progress)?;
         let document = Arc::new(asset.document.clone());
-        return Ok(Loaded { scene: scene_of(&document), documents: vec![(document, 0)], asset: Some(asset) });
+        return Ok(Loaded {
+            scene: scene_of(&document),
+            documents: vec![(document, 0)],
+            asset: Some(asset),
+            camera: None,
+        });
     }
     let file = SceneFile::read(&args.file)?;
     let mut read: BTreeMap<PathBuf, (Arc<Document>, Scene)> = BTreeMap::new();
@@ -166,7 +179,13 @@ fn load(args: &SimulateArgs, progress: &dyn Progress) -> Result<Loaded, Failure>
         first += 1 + scene.nodes.len();
         scenes.push(scene.clone());
     }
-    Ok(Loaded { scene: file.assemble(scenes, &args.file).scene, documents, asset: None })
+    Ok(Loaded { scene: file.assemble(scenes, &args.file).scene, documents, asset: None, camera: None })
+}
+
+/// With textures and lights, to be drawn.
+fn load_drawn(args: &SimulateArgs, progress: &dyn Progress) -> Result<Loaded, Failure> {
+    let opened = open::scene(&args.file, &args.read, progress)?;
+    Ok(Loaded { scene: opened.scene, documents: opened.documents, asset: None, camera: opened.camera })
 }
 
 fn prepare(args: &SimulateArgs, loaded: &Loaded) -> Result<(Simulator, Vec<Finding>), Failure> {
@@ -260,7 +279,45 @@ fn write(
             Ok(())
         }
         (Output::Animation(_), None) => Ok(()),
+        (Output::Pictures(path), _) => pictures(path, args, loaded, simulator, frames, terminal),
     }
+}
+
+/// A picture of each frame, from the file's camera or from where everything is seen at first.
+fn pictures(
+    path: &Path,
+    args: &SimulateArgs,
+    loaded: &Loaded,
+    simulator: &Simulator,
+    frames: &[Poses],
+    terminal: &Terminal,
+) -> Result<(), Failure> {
+    let destination = Destination::new(path, u32::try_from(frames.len()).ok())?;
+    let (width, height) = (args.size.width, args.size.height);
+    let fitting = || loaded.scene.fitting_camera(width as f32 / height as f32);
+    let camera = loaded.camera.clone().unwrap_or_else(fitting);
+    let mut renderer = match Gpu::headless() {
+        Ok(gpu) => Some(Renderer::new(gpu)),
+        Err(error) => {
+            terminal.note(format_args!("drawn on the CPU by the reference engine, for {error}"));
+            None
+        }
+    };
+    let progress = Bar::new(terminal);
+    progress.stage("drawing", frames.len() as u64);
+    for (number, frame) in frames.iter().enumerate() {
+        progress.step(number as u64);
+        let scene = loaded.scene.posed(&simulator.transforms_at(&loaded.scene, frame));
+        let view = View { camera: camera.clone(), width, height, frame: 0.0 };
+        let image = match &mut renderer {
+            Some(renderer) => {
+                renderer.render_to_image(&scene, &view, &RenderOptions::default()).map_err(Failure::new)?.0
+            }
+            None => aam_reference::render(&scene, &view, &aam_reference::Options::default()).map_err(Failure::new)?.0,
+        };
+        picture::write(&destination, number, &picture::encode(&image)?)?;
+    }
+    Ok(())
 }
 
 fn node_name(loaded: &Loaded, node: NodeId) -> &str {

@@ -62,9 +62,9 @@ impl Technique for Environment {
         let detail = &variant.options.environment;
         if let DiffuseLight::Harmonics(bands) = detail.diffuse {
             let share = match bands {
-                2 => 35,
+                2 => 25,
                 3 => 10,
-                _ => 5,
+                _ => 6,
             };
             return Limits::Degrades(format!("light from one point is off by up to {share} % of its peak"));
         }

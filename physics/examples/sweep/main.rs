@@ -1,7 +1,9 @@
 //! Sweeps simulations until they break, and charts where: `cargo run --release -p aam-physics --example sweep -- FOLDER`
-//! writes `rigid-bodies.csv` and `rigid-bodies.svg`. With `--draw` it only draws the numbers again.
+//! writes `rigid-bodies.csv` and `rigid-bodies.svg`. With `--draw` it only draws the numbers again. Arguments that end in
+//! `.json` are reports of `aam tune --physics --json`, which take the place of those that were there.
 
 mod chart;
+mod hulls;
 mod laws;
 mod scenes;
 #[path = "../../tests/common/mod.rs"]
@@ -147,20 +149,63 @@ const PANELS: &[Panel] = &[
         scales: [Scale::Logarithmic, Scale::Logarithmic],
         floor: 1e-3,
     },
+    Panel {
+        sweep: "hulls-path",
+        title: "Path of a dropped object, after its touch",
+        x: "hulls",
+        y: "off that of its surface, % of the diagonal",
+        scales: [Scale::Logarithmic, Scale::Logarithmic],
+        floor: 1e-2,
+    },
+    Panel {
+        sweep: "hulls-rest",
+        title: "An object placed where its surface rests",
+        x: "hulls",
+        y: "moves within 1 s, % of the diagonal",
+        scales: [Scale::Logarithmic, Scale::Logarithmic],
+        floor: 1e-2,
+    },
+    Panel {
+        sweep: "hulls-jitter",
+        title: "Jitter there, in the last half second",
+        x: "hulls",
+        y: "% of the diagonal a second",
+        scales: [Scale::Logarithmic, Scale::Logarithmic],
+        floor: 1e-3,
+    },
+    Panel {
+        sweep: "hulls-cost",
+        title: "Cost of a step with one object",
+        x: "hulls",
+        y: "µs a step of 1/240 s",
+        scales: [Scale::Logarithmic, Scale::Logarithmic],
+        floor: 1.0,
+    },
 ];
 
 fn main() -> Result<(), String> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let folder = arguments.iter().find(|word| !word.starts_with("--")).ok_or("say into which folder")?;
+    let (reports, others): (Vec<&String>, Vec<&String>) = arguments.iter().partition(|word| word.ends_with(".json"));
+    let folder = others.iter().find(|word| !word.starts_with("--")).ok_or("say into which folder")?;
     let (csv, svg) = (Path::new(folder).join("rigid-bodies.csv"), Path::new(folder).join("rigid-bodies.svg"));
     let fail = |path: &Path, error: std::io::Error| format!("{}: {error}", path.display());
-    let rows = if arguments.iter().any(|word| word == "--draw") {
-        read(&std::fs::read_to_string(&csv).map_err(|error| fail(&csv, error))?)?
+    let before = std::fs::read_to_string(&csv);
+    let mut rows = if others.iter().any(|word| *word == "--draw") {
+        read(&before.map_err(|error| fail(&csv, error))?)?
     } else {
-        let rows = measure();
-        std::fs::write(&csv, text(&rows)).map_err(|error| fail(&csv, error))?;
+        // Reports are not measured here, and stay.
+        let reported = before.ok().map(|text| read(&text)).transpose()?.unwrap_or_default();
+        let mut rows = measure();
+        rows.extend(reported.into_iter().filter(|row| row.sweep.starts_with("hulls-")));
         rows
     };
+    if !reports.is_empty() {
+        rows.retain(|row| !row.sweep.starts_with("hulls-"));
+        for report in reports {
+            rows.extend(hulls::rows(Path::new(report))?);
+        }
+    }
+    std::fs::write(&csv, text(&rows)).map_err(|error| fail(&csv, error))?;
     std::fs::write(&svg, chart::draw("Rigid bodies: error, cost, and where they break", PANELS, &rows))
         .map_err(|error| fail(&svg, error))
 }

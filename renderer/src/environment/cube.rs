@@ -201,7 +201,8 @@ pub(crate) mod tests {
         let cube = Cube::new(&panorama(64, |_| Vec3::new(0.25, 1.0, 3.0)), true, 32);
         for exponent in [0.0, 1.0, 7.0, 300.0, 1e5] {
             let error = largest_difference(&cube.over_lobes(exponent, 8), |_| Vec3::new(0.25, 1.0, 3.0));
-            assert!(error < 1e-5, "{exponent}: {error}");
+            // Relative to the largest channel: sums of thousands of single floats.
+            assert!(error < 3.0 * 1e-5, "{exponent}: {error}");
         }
     }
 

@@ -217,12 +217,12 @@ mod tests {
         let programs = all_programs();
         let distinct: BTreeSet<&Program> = programs.iter().collect();
         assert_eq!(distinct.len(), programs.len());
-        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); 3 lit by an environment; light-mapped; flat. Each with 2
+        // Lit: 3 normal sources × 2 (specular) × 2 (falloff); 3 × 2 lit by an environment; light-mapped; flat. Each with 2
         // (diffuse map) × 3 (vertex colours) × 4 (alpha). Then 6 that show stored values, and samples of shadow sets, lit and shown.
         let shadowed = 2 * shadows::ShadowSet::samples().len();
         // Relief with each lit or textured surface.
-        let relief = (3 * 2 * 2 + 3 + 1) * 2 + 1;
-        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 3 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
+        let relief = (3 * 2 * 2 + 3 * 2 + 1) * 2 + 1;
+        assert_eq!(Variant::all().len(), (3 * 2 * 2 + 3 * 2 + 1 + 1) * 2 * 3 * 4 + 6 + shadowed + relief);
         let shadows = shadows::Caster::all().len() + 3 + 5 + 6;
         assert_eq!(programs.len(), Variant::all().len() + 8 + shadows + 3 + 2 + 1 + 6);
     }

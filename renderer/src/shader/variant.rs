@@ -21,7 +21,7 @@ pub(crate) enum Surface {
     /// Phong reflection of lights. `falloff`: some weaken with distance.
     Lit { normal: NormalSource, specular: bool, falloff: bool },
     /// The light of an environment instead of lights.
-    Environment { normal: NormalSource },
+    Environment { normal: NormalSource, specular: bool },
     /// Light from a texture.
     LightMapped,
     /// Emission and ambient light: no light's direction matters.
@@ -94,7 +94,7 @@ impl Variant {
             for specular in [false, true] {
                 surfaces.extend([false, true].map(|falloff| Surface::Lit { normal, specular, falloff }));
             }
-            surfaces.push(Surface::Environment { normal });
+            surfaces.extend([false, true].map(|specular| Surface::Environment { normal, specular }));
         }
         let mut variants = Vec::new();
         for surface in surfaces {
@@ -129,7 +129,9 @@ impl Variant {
 
     fn normal(&self) -> Option<NormalSource> {
         match self.surface {
-            Surface::Lit { normal, .. } | Surface::Environment { normal } | Surface::ShowNormal(normal) => Some(normal),
+            Surface::Lit { normal, .. } | Surface::Environment { normal, .. } | Surface::ShowNormal(normal) => {
+                Some(normal)
+            }
             _ => None,
         }
     }
@@ -180,6 +182,7 @@ impl Variant {
     pub(crate) fn features(&self) -> Features {
         let (specular, falloff) = match self.surface {
             Surface::Lit { specular, falloff, .. } => (specular, falloff),
+            Surface::Environment { specular, .. } => (specular, false),
             _ => (false, false),
         };
         vec![

@@ -348,6 +348,13 @@ impl ShadowSettings {
                 if filter == Esm || self.centred { "" } else { " without `centred`" }
             ));
         }
+        // Below, roundings of four moments are larger than what they differ by.
+        if filter == ShadowFilter::Msm && self.min_variance < 1e-5 {
+            return Err(format!(
+                "min_variance = {} is too small for four moments of 32 bits; at least 0.00001 for {}",
+                self.min_variance, self.technique
+            ));
+        }
         Ok(())
     }
 }

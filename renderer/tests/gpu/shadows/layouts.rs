@@ -160,7 +160,8 @@ fn soft_edges_go_on_across_the_faces_of_a_cube() {
             let mut sum = vec![0.0; 256];
             for part in 0..8 {
                 let mut scene = lamp(&format!("{technique}:resolution=128,radius=4"));
-                let moved = part as f32 / 8.0 * 137.0 / 128.0 / 128.0;
+                // 128 texels see 117 of their face, and 5.5 of each neighbour.
+                let moved = part as f32 / 8.0 / 117.0;
                 scene.nodes[0].local.translation.y += moved;
                 let camera = Camera { up: Vec3::X, ..from_below((x, 0.2 + 2.0 * moved), 0.8 / 256.0) };
                 let row = see(&mut renderer, &scene, camera, 256, 1).lit;
@@ -170,7 +171,8 @@ fn soft_edges_go_on_across_the_faces_of_a_cube() {
         };
         let [inside, outside] = [0.999_99, 1.000_01].map(&mut mean);
         let jump = inside.iter().zip(&outside).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        assert!(jump <= 2.0 / 255.0, "{technique}: a step of {jump}");
+        // The kernel is a square on each face, and the edge slants on the second.
+        assert!(jump <= 5.0 / 255.0, "{technique}: a step of {jump}");
         assert!(inside[5].min(inside[250]) < 0.02 && inside[5].max(inside[250]) > 0.98, "{technique}");
     }
 }
