@@ -310,7 +310,8 @@ impl Plan {
             if let Some(plan) = cutter.cut(allowed) {
                 return Ok((plan, cutter.tolerance_factor));
             }
-            cutter.tolerance_factor *= 2.0;
+            // By squares, so that an error out of all proportion costs a few attempts, not one for each of its bits.
+            cutter.tolerance_factor = (cutter.tolerance_factor * cutter.tolerance_factor).max(2.0);
         }
     }
 }
