@@ -7,6 +7,7 @@
 //!   changed: [`Simulator::world_transforms`] says where its nodes are meanwhile.
 //! - [`Background`] steps a simulator on a thread of its own, in real time, and gives interpolated poses without waiting.
 //! - [`Film`] is a document that plays what was simulated.
+//! - [`exploded`] is a document that shows collision shapes, moved apart.
 //!
 //! Lengths are metres, masses kilograms, times seconds, angles radians. Steps have a fixed length, and the same scene
 //! gives the same poses bit for bit on every run of a program on one kind of machine; [`Simulator::hash`] tells.
@@ -14,6 +15,7 @@
 mod background;
 mod collider;
 mod error;
+mod explode;
 mod film;
 mod friction;
 mod joint;
@@ -27,6 +29,7 @@ mod world;
 
 pub use background::{Background, Collected};
 pub use error::{Divergence, PhysicsError, What};
+pub use explode::exploded;
 pub use film::Film;
 pub use joint::{Joint, JointKind};
 pub use mesh::{Material, PhysicsMesh, Shape, physics_meshes};
