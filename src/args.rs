@@ -259,6 +259,15 @@ pub(crate) fn fraction(text: &str) -> Result<f32, String> {
     between(text, 0.0, 1.0, "a number from 0 to 1")
 }
 
+/// An error in % of a diagonal, such as `2`, `0.5` or `2%`, as a part of it.
+pub(crate) fn percent(text: &str) -> Result<f32, String> {
+    let number = text.trim().trim_end_matches('%').trim_end();
+    match number.parse::<f32>() {
+        Ok(value) if value > 0.0 && value <= 100.0 => Ok(value / 100.0),
+        _ => Err("expected a number above 0 and up to 100, in % of the diagonal, such as 2 or 0.5".into()),
+    }
+}
+
 /// Frames a second.
 pub(crate) fn frames_per_second(text: &str) -> Result<f32, String> {
     between(text, 0.01, 1000.0, "frames a second, from 0.01 to 1000")

@@ -15,6 +15,7 @@ Examples:
   aam convert model.gltf                    write model.aam and its textures beside it
   aam render model.aam -o picture.png       draw a picture without a window
   aam view model.aam                        look at it in a window
+  aam decompose model.gltf -o model.aam     convex hulls for physics
   aam check model.aam                       say what is wrong in it
   aam chart shadows room.scene.toml -o out  measure shadow techniques on a scene
 
@@ -54,6 +55,8 @@ pub(crate) struct Global {
 pub(crate) enum Verb {
     /// Convert between AAM, glTF, OBJ and others
     Convert(Box<ConvertArgs>),
+    /// Cut the objects of a file into convex hulls
+    Decompose(Box<DecomposeArgs>),
     /// Draw a picture of a file
     Render(Box<RenderArgs>),
     /// Look at a file in a window
@@ -234,12 +237,26 @@ pub(crate) struct PhysicsArgs {
     /// Restitution, from 0 (the default) to 1
     #[arg(long, value_name = "F", value_parser = args::fraction, requires = "physics")]
     pub(crate) restitution: Option<f32>,
-    /// At most this many convex hulls for each object, 64 if only an error is asked for; alone, the best so many can do
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), requires = "physics")]
+    #[command(flatten)]
+    pub(crate) hulls: HullArgs,
+}
+
+/// How objects are cut into convex hulls.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Convex hulls")]
+pub(crate) struct HullArgs {
+    /// At most this many hulls for each object, 64 if only an error is asked for; alone, the best so many can do
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub(crate) hulls: Option<u32>,
-    /// As few hulls as are this close to the surface, as a fraction of the object's diagonal; without it and --hulls 0.02
-    #[arg(long, value_name = "E", value_parser = args::fraction, requires = "physics")]
+    /// As few hulls as are this close to the surface, in % of the object's diagonal; without it and --hulls 2
+    #[arg(long, value_name = "%", value_parser = args::percent)]
     pub(crate) max_error: Option<f32>,
+    /// At most this many vertices in a hull; 64 is what physics on a GPU takes
+    #[arg(long, value_name = "N", default_value = "64", value_parser = clap::value_parser!(u8).range(4..=255))]
+    pub(crate) max_verts_per_hull: u8,
+    /// Boxes, spheres and capsules in place of hulls that they are as near to the surface as
+    #[arg(long)]
+    pub(crate) primitives: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -269,6 +286,43 @@ pub(crate) struct WriteArgs {
     pub(crate) crlf: bool,
 }
 
+const DECOMPOSE_EXAMPLES: &str = "\
+Examples:
+  aam decompose chair.glb -o chair.aam               as few hulls as are within 2 % of the diagonal
+  aam decompose chair.glb -o chair.glb --hulls 8     the best that eight hulls can do
+  aam decompose chair.glb -o hulls.obj --max-error 0.5 --hulls 128
+  aam decompose chair.glb -o chair.aam --primitives  boxes, spheres and capsules where they do as well
+  aam decompose chair.glb -o hulls.json --report report.json
+
+Output: .aam (PHYSICS), .glb .gltf (the draft extensions KHR_physics_rigid_bodies and KHR_implicit_shapes),
+        .obj (an object for each hull), .json (vertices, triangles, volumes)
+The same file and options give the same hulls, on any number of threads; nothing is random.
+docs/decompose.schema.json describes the report, docs/techniques/decomposition.md the method and its limits.
+
+Exit codes: 0 done, also where an error that was asked for takes more hulls than are allowed (it is said),
+2 it could not be done.";
+
+#[derive(Debug, Args)]
+#[command(after_help = DECOMPOSE_EXAMPLES)]
+pub(crate) struct DecomposeArgs {
+    /// File to decompose: .aam .gltf .glb .obj .stl .ply
+    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Where the hulls go: .aam .glb .gltf .obj .json
+    #[arg(short, long, value_name = "PATH", value_hint = ValueHint::FilePath)]
+    pub(crate) output: PathBuf,
+    /// Write hulls, vertices, distances both ways, volumes and times as JSON
+    #[arg(long, value_name = "FILE.json", value_hint = ValueHint::FilePath)]
+    pub(crate) report: Option<PathBuf>,
+    /// How the bodies of the objects move
+    #[arg(long, value_name = "MODE", default_value = "dynamic")]
+    pub(crate) mode: BodyMode,
+    #[command(flatten)]
+    pub(crate) hulls: HullArgs,
+    #[command(flatten)]
+    pub(crate) read: ReadArgs,
+}
+
 const RENDER_EXAMPLES: &str = "\
 Examples:
   aam render model.aam -o picture.png
@@ -280,6 +334,7 @@ Examples:
   aam render moon.aam -o moon.png --displacement adaptive --pixel-error 0.5
   aam render room.scene.toml -o room.png --shadows=evsm4:resolution=512,radius=5
   aam render room.scene.toml -o map.png --shadows --show depth --size 512x512
+  aam render model.aam -o hulls.png --explode 0.3          its convex hulls, moved apart
   aam render room.scene.toml -o room.png --engine reference --samples 16 --shadows
   aam render room.scene.toml -o room.png --engine reference --samples 64 --bounces 4
   aam render model.glb -o model.png --environment sky.hdr --exposure -1 --tone-map aces
@@ -368,6 +423,10 @@ pub(crate) struct RenderArgs {
     /// Draw N pictures around the object, into numbered files
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) turntable: Option<u32>,
+    /// Draw the convex hulls of the bodies, each in its own colour, moved apart by AMOUNT times their distance from the
+    /// middle; 0 leaves them in place
+    #[arg(long, value_name = "AMOUNT", value_parser = args::not_negative)]
+    pub(crate) explode: Option<f32>,
     /// Show how long each step took
     #[arg(long)]
     pub(crate) time: bool,
@@ -848,6 +907,7 @@ mod tests {
             &["aam", "chart", "shadows", "a", "-o", "b"],
             &["aam", "tune", "shadows", "a", "--max-error", "0.1"],
             &["aam", "tune", "physics", "a"],
+            &["aam", "decompose", "a", "-o", "b"],
             &["aam", "check", "a"],
             &["aam", "fmt", "a"],
         ] {
@@ -855,6 +915,7 @@ mod tests {
                 let words: Vec<&str> = words.iter().chain(more).copied().collect();
                 match Cli::try_parse_from(words).expect("arguments").verb {
                     Verb::Convert(args) => args.read.limits.limits(),
+                    Verb::Decompose(args) => args.read.limits.limits(),
                     Verb::Render(args) => args.read.limits.limits(),
                     Verb::View(args) => args.read.limits.limits(),
                     Verb::Info(args) => args.read.limits.limits(),

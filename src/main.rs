@@ -55,6 +55,7 @@ fn main() -> ExitCode {
     let terminal = Terminal::new(&cli.global);
     let outcome = match &cli.verb {
         Verb::Convert(args) => verb::convert::run(args, &terminal),
+        Verb::Decompose(args) => verb::decompose::run(args, &terminal),
         Verb::Render(args) => verb::render::run(args, &terminal),
         Verb::View(args) => verb::view::run(args, &terminal),
         Verb::Simulate(args) => verb::simulate::run(args, &terminal),

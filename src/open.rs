@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use aam::{Document, Finding, Limits};
 use aam_convert::{Asset, Format, ImportOptions, Progress};
-use aam_scene::{BuildOptions, Built, Camera, FolderTextures, FoundTexture, Scene, SceneFile, Shading, TextureSource};
+use aam_scene::{
+    BuildOptions, Built, Camera, FolderTextures, FoundTexture, NoTextures, Scene, SceneFile, Shading, TextureSource,
+};
 
 use crate::cli::{Axis, ReadArgs};
 use crate::failure::Failure;
@@ -110,6 +112,22 @@ pub(crate) fn scene(path: &Path, args: &ReadArgs, progress: &dyn Progress) -> Re
     let mut warnings: Vec<Finding> = parts.values().flat_map(|part| part.warnings.iter().cloned()).collect();
     warnings.extend(built.warnings);
     Ok(OpenedScene { camera: file.active(&built.scene).cloned(), scene: built.scene, warnings, sources, documents })
+}
+
+/// The convex hulls of an asset's bodies as a scene, moved apart by `amount`.
+pub(crate) fn exploded(
+    path: &Path,
+    args: &ReadArgs,
+    amount: f32,
+    progress: &dyn Progress,
+) -> Result<OpenedScene, Failure> {
+    let asset = asset(path, &import_options(args), progress)?;
+    let document = aam_physics::exploded(&asset.document, amount).ok_or_else(|| {
+        Failure::new(format_args!("{}: no body has convex hulls or simple shapes", path.display()))
+            .help(format_args!("`aam decompose {} -o hulls.aam` makes some", path.display()))
+    })?;
+    let Built { scene, warnings } = aam_scene::build(&document, &NoTextures, &BuildOptions::default());
+    Ok(OpenedScene { scene, warnings, camera: None, sources: Vec::new(), documents: vec![(Arc::new(document), 0)] })
 }
 
 /// One asset of a scene.

@@ -6,23 +6,29 @@
 //! of X. Wei et al., "Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search",
 //! 2022, sec. 4, for a fraction of its cost. The cuts are made in the mesh itself, so the hulls touch its surface.
 
+mod close;
 mod field;
+mod fit;
 mod measure;
 mod merge;
 mod mesh;
+mod primitive;
 mod quickhull;
 mod split;
 
-use std::collections::BTreeMap;
+use std::collections::{HashMap, HashSet};
 
+use aam::document::Primitive;
 use glam::{DVec3, Vec3};
 use parry3d::transformation::voxelization::{FillMode, VoxelSet, VoxelizedVolume};
 
 use field::Field;
-use measure::Error;
-use merge::{Group, merge};
+use fit::fitted;
+use measure::SPACING;
+use merge::{Group, merge, refine};
 use mesh::Mesh;
-use quickhull::{Polyhedron, hull, solid};
+use primitive::{NEGLIGIBLE, Simple};
+use quickhull::{Polyhedron, hull};
 use split::Parts;
 
 /// How to decompose.
@@ -30,17 +36,19 @@ use split::Parts;
 pub struct HullOptions {
     /// The most pieces, at least 1. Default 64.
     pub max_hulls: usize,
-    /// Largest distance from the outside of the pieces to the surface, as a part of the bounding box's diagonal: pieces are
+    /// Largest distance between the pieces and the surface, either way, as a part of the bounding box's diagonal: pieces are
     /// no more than needed to keep it, as far as `max_hulls` allows. `None` takes as many as allowed for the least error
     /// that the grid tells from none. Default 0.02.
     pub max_error: Option<f32>,
     /// The most vertices of a piece, from 4 to 255. Default 64, what GPU physics takes.
     pub max_vertices: usize,
+    /// Looks for boxes, spheres and capsules that are as near to the surface as the pieces. Default false.
+    pub primitives: bool,
 }
 
 impl Default for HullOptions {
     fn default() -> Self {
-        Self { max_hulls: 64, max_error: Some(0.02), max_vertices: 64 }
+        Self { max_hulls: 64, max_error: Some(0.02), max_vertices: 64, primitives: false }
     }
 }
 
@@ -53,6 +61,8 @@ pub struct Hull {
     pub triangles: Vec<[u32; 3]>,
     /// The volume.
     pub volume: f64,
+    /// A simple shape that is as near to the surface, if [`HullOptions::primitives`] asks for it.
+    pub primitive: Option<Primitive>,
 }
 
 /// Convex pieces of a mesh, largest first.
@@ -60,15 +70,45 @@ pub struct Hull {
 pub struct Decomposition {
     /// The pieces.
     pub hulls: Vec<Hull>,
-    /// Largest distance from the outside of the pieces to the surface, as a part of the diagonal (one-way Hausdorff, by
-    /// samples 0.5 % of the diagonal apart).
-    pub error: f32,
-    /// The mean of these distances.
-    pub mean: f32,
-    /// Largest distance from the surface to the pieces, likewise: what a limit on vertices cuts off.
-    pub uncovered: f32,
+    /// How near they are to the surface.
+    pub quality: Quality,
     /// Parts that are points or lines, and were left out. (Flat ones become plates, half a voxel thick.)
     pub dropped: usize,
+}
+
+/// Distances from one shape to another, as parts of the diagonal of the mesh's bounding box.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distances {
+    /// The largest: the one-way Hausdorff distance.
+    pub max: f32,
+    /// The mean over the area.
+    pub mean: f32,
+}
+
+/// How far convex pieces are from a mesh, both ways, by samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// From the outside of the union of the pieces to the surface. What is inside of another piece or of the solid, or on
+    /// the cut between two pieces, is not on the outside.
+    pub outside: Distances,
+    /// From the surface to the pieces: what a limit on vertices cuts off.
+    pub uncovered: Distances,
+    /// Samples are so far apart, as a part of the diagonal: the largest distances can be underestimated by about half of it.
+    pub spacing: f32,
+    /// The same two of each piece: of its own outside, and of the part of the surface that is nearer to it than to others.
+    pub pieces: Vec<[Distances; 2]>,
+}
+
+impl Quality {
+    /// The Hausdorff distance: the larger of both ways.
+    pub fn hausdorff(&self) -> f32 {
+        self.outside.max.max(self.uncovered.max)
+    }
+
+    /// The mean of the mean distances of both ways.
+    pub fn mean(&self) -> f32 {
+        0.5 * (self.outside.mean + self.uncovered.mean)
+    }
 }
 
 /// Why a mesh has no convex pieces.
@@ -100,8 +140,8 @@ pub enum HullError {
 const RESOLUTION: u32 = 128;
 /// A distance (of a mesh whose longest side is 1) that the grid does not tell from none: less than a voxel.
 const FINEST: f64 = 0.75 / RESOLUTION as f64;
-/// So many times more parts than pieces are cut, to be joined again.
-const FINER: usize = 4;
+/// So many times four times more parts than pieces are cut, to be joined again.
+const FINER: [usize; 4] = [4, 6, 8, 16];
 /// How often the limit is drawn tighter when the result misses it.
 const ATTEMPTS: usize = 4;
 /// The largest dent of a piece, as a part of its diagonal.
@@ -126,44 +166,63 @@ pub fn decompose(
         return mesh.finish(vec![whole], 0, &field, options);
     }
     let diagonal = mesh.diagonal();
-    let wanted = options.max_error.map_or(0.0, f64::from);
-    let mut parts = Parts::new(mesh.mesh.clone(), &field);
+    let mut parts = Parts::new(mesh.starts(&field, options.max_hulls), &field);
+    let mut best: Option<Found> = None;
+    let wanted = options.max_error.map(f64::from);
+    let attempts = if wanted.is_some() { ATTEMPTS } else { FINER.len() };
     // Parts are judged by fewer samples than the result, so what seems good enough may turn out not to be.
     let mut strictness = 1.0;
-    let mut best: Option<(Vec<Polyhedron>, usize, Error)> = None;
-    for _ in 0..ATTEMPTS {
-        let limit = (strictness * wanted * diagonal).max(FINEST);
-        parts.cut(&field, limit, FINER * options.max_hulls);
+    for attempt in 0..attempts {
+        let limit = (strictness * wanted.unwrap_or(0.0) * diagonal).max(FINEST);
+        let finer = if wanted.is_some() { FINER[FINER.len() - 1] } else { FINER[attempt] };
+        parts.cut(&field, limit, (finer * options.max_hulls).div_ceil(4));
         let (pieces, dropped) = join(&parts, &field, limit, options);
-        let error = Error::of(&pieces, &mesh.mesh, &field);
-        if best.as_ref().is_none_or(|(_, _, least)| error.outside < least.outside) {
-            best = Some((pieces, dropped, error));
+        let quality = Quality::of(&pieces, &mesh.mesh, &field, SPACING);
+        let found = Found { pieces, dropped, quality };
+        if best.as_ref().is_none_or(|best| found.badness(wanted) < best.badness(wanted)) {
+            best = Some(found.clone());
         }
-        if wanted == 0.0 || error.outside <= wanted {
-            break;
+        let error = f64::from(found.quality.hausdorff());
+        if let Some(wanted) = wanted {
+            if error <= wanted {
+                break;
+            }
+            strictness *= (wanted / error).clamp(0.5, 0.85);
         }
-        strictness *= (wanted / error.outside).clamp(0.5, 0.85);
     }
-    let (pieces, dropped) = best.map_or_else(|| (vec![whole], 0), |(pieces, dropped, _)| (pieces, dropped));
+    let (pieces, dropped) = best.map_or_else(|| (vec![whole], 0), |found| (found.pieces, found.dropped));
     mesh.finish(pieces, dropped, &field, options)
 }
 
-/// How far convex pieces are from a mesh.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Quality {
-    /// As [`Decomposition::error`].
-    pub outside: f32,
-    /// As [`Decomposition::mean`].
-    pub mean: f32,
-    /// As [`Decomposition::uncovered`].
-    pub uncovered: f32,
+/// Pieces, and what came of them.
+#[derive(Clone)]
+struct Found {
+    pieces: Vec<Polyhedron>,
+    dropped: usize,
+    quality: Quality,
 }
 
-/// Measures convex pieces, whoever made them.
+impl Found {
+    /// By which results are compared: by the error that is to be kept, else by both errors.
+    fn badness(&self, wanted: Option<f64>) -> f32 {
+        match wanted {
+            Some(_) => self.quality.hausdorff(),
+            // The mean is about a quarter of the largest.
+            None => self.quality.hausdorff() + 4.0 * self.quality.mean(),
+        }
+    }
+}
+
+/// Measures convex pieces, whoever made them, by samples so far apart (as a part of the diagonal).
 ///
 /// # Errors
 /// When the mesh is broken or has no triangle with an area.
-pub fn measure(vertices: &[[f32; 3]], triangles: &[[u32; 3]], hulls: &[Hull]) -> Result<Quality, HullError> {
+pub fn measure(
+    vertices: &[[f32; 3]],
+    triangles: &[[u32; 3]],
+    hulls: &[Hull],
+    spacing: f32,
+) -> Result<Quality, HullError> {
     let mesh = Unit::new(vertices, triangles)?;
     let place = |vertex: &[f32; 3]| (DVec3::from(vertex.map(f64::from)) - mesh.center) / mesh.scale;
     let pieces: Vec<Polyhedron> = hulls
@@ -173,8 +232,7 @@ pub fn measure(vertices: &[[f32; 3]], triangles: &[[u32; 3]], hulls: &[Hull]) ->
             triangles: hull.triangles.clone(),
         })
         .collect();
-    let error = Error::of(&pieces, &mesh.mesh, &mesh.field()?);
-    Ok(Quality { outside: error.outside as f32, mean: error.mean as f32, uncovered: error.uncovered as f32 })
+    Ok(Quality::of(&pieces, &mesh.mesh, &mesh.field()?, f64::from(spacing)))
 }
 
 fn check_options(options: &HullOptions) -> Result<(), HullError> {
@@ -186,7 +244,7 @@ fn check_options(options: &HullOptions) -> Result<(), HullError> {
     }
     if options.max_error.is_some_and(|error| !(error.is_finite() && error > 0.0)) {
         return Err(HullError::Option(
-            "--max-error must be above 0; 0.02 is 2 % of the bounding box's diagonal".into(),
+            "the error must be above 0 and up to 100 % of the bounding box's diagonal".into(),
         ));
     }
     Ok(())
@@ -195,6 +253,8 @@ fn check_options(options: &HullOptions) -> Result<(), HullError> {
 /// A mesh scaled to a unit box, vertices of equal position made one, triangles without area left out.
 struct Unit {
     mesh: Mesh,
+    /// Whether there are holes, of those that are not closed.
+    open: bool,
     center: DVec3,
     scale: f64,
 }
@@ -202,7 +262,7 @@ struct Unit {
 impl Unit {
     fn new(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self, HullError> {
         let mut used = Vec::new();
-        let mut numbers: BTreeMap<[u32; 3], u32> = BTreeMap::new();
+        let mut numbers: HashMap<[u32; 3], u32> = HashMap::new();
         let mut welded = Vec::with_capacity(triangles.len());
         for (index, triangle) in triangles.iter().enumerate() {
             let mut corners = [0; 3];
@@ -230,28 +290,40 @@ impl Unit {
         }
         let center = 0.5 * (low + high);
         let vertices: Vec<DVec3> = used.into_iter().map(|vertex| (vertex - center) / scale).collect();
+        // Of triangles between the same vertices one is enough, whichever way round.
+        let mut seen = HashSet::new();
         welded.retain(|triangle| {
             let [a, b, c] = triangle.map(|index| vertices[index as usize]);
-            (b - a).cross(c - a).length() > 1e-14
+            let mut key = *triangle;
+            key.sort_unstable();
+            (b - a).cross(c - a).length() > 1e-14 && seen.insert(key)
         });
         if welded.is_empty() {
             return Err(HullError::Empty);
         }
         let mut mesh = Mesh { vertices, triangles: welded };
         if mesh.volume() < 0.0 {
+            // Inside out.
             mesh.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }
-        Ok(Self { mesh, center, scale })
+        let open = mesh.close_holes();
+        Ok(Self { mesh, open, center, scale })
+    }
+
+    /// What is cut first: the components that are not inside of others, or all as one if there are more than pieces.
+    fn starts(&self, field: &Field, most: usize) -> Vec<Mesh> {
+        let mut found = self.mesh.components(most).unwrap_or_default();
+        found.retain(|component| !component.vertices.iter().all(|vertex| field.is_inside(*vertex)));
+        if found.is_empty() { vec![self.mesh.clone()] } else { found }
     }
 
     fn diagonal(&self) -> f64 {
-        let low = self.mesh.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let high = self.mesh.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let (low, high) = self.mesh.bounds();
         (high - low).length()
     }
 
     fn field(&self) -> Result<Field, HullError> {
-        Field::new(&self.mesh.vertices, &self.mesh.triangles, &self.voxels()).ok_or(HullError::Empty)
+        Field::new(&self.mesh.vertices, &self.mesh.triangles, &self.voxels(), self.open).ok_or(HullError::Empty)
     }
 
     /// Whether the mesh is the surface of a convex solid: closed, in one piece, without handles, and no edge bends
@@ -307,7 +379,7 @@ impl Unit {
         self.mesh.vertices.iter().map(|vertex| vertex.as_vec3()).collect()
     }
 
-    /// The mesh as voxels, filled. Many large triangles take a coarser grid, to bound the work.
+    /// The voxels that the mesh goes through. Many large triangles take a coarser grid, to bound the work.
     fn voxels(&self) -> VoxelSet {
         let extents: Vec<DVec3> = self
             .mesh
@@ -322,8 +394,8 @@ impl Unit {
             extents.iter().map(|extent| (*extent * f64::from(resolution) + 3.0).element_product()).sum()
         };
         let resolution = [RESOLUTION, 64, 32, 16].into_iter().find(|resolution| tests(*resolution) <= MOST_TESTS);
-        let fill = FillMode::FloodFill { detect_cavities: false };
-        VoxelizedVolume::voxelize(&self.points(), &self.mesh.triangles, resolution.unwrap_or(8), fill, true).into()
+        let (points, fill) = (self.points(), FillMode::SurfaceOnly);
+        VoxelizedVolume::voxelize(&points, &self.mesh.triangles, resolution.unwrap_or(8), fill, true).into()
     }
 
     /// Back to the mesh's own scale, with everything verified and measured.
@@ -335,9 +407,10 @@ impl Unit {
         options: &HullOptions,
     ) -> Result<Decomposition, HullError> {
         pieces.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
-        let error = Error::of(&pieces, &self.mesh, field);
+        let (simple, mut quality) = self.simplified(&pieces, field, options);
+        let errors = std::mem::take(&mut quality.pieces);
         let mut hulls = Vec::with_capacity(pieces.len());
-        for piece in pieces {
+        for ((piece, simple), errors) in pieces.into_iter().zip(simple).zip(errors) {
             // Rounding to 32 bits turns small faces, so the hull is made anew of what will be written.
             let place = |vertex: &DVec3| (*vertex * self.scale + self.center).as_vec3().as_dvec3();
             let rounded: Vec<DVec3> = piece.vertices.iter().map(place).collect();
@@ -349,22 +422,55 @@ impl Unit {
             if dent > CONVEX {
                 return Err(HullError::NotConvex { piece: hulls.len(), dent });
             }
+            quality.pieces.push(errors);
             hulls.push(Hull {
                 vertices: piece.vertices.iter().map(|vertex| vertex.as_vec3().to_array()).collect(),
                 volume: piece.volume(),
+                primitive: simple.map(|simple| simple.placed(self.scale, self.center)),
                 triangles: piece.triangles,
             });
         }
         if hulls.is_empty() {
             return Err(HullError::Flat);
         }
-        Ok(Decomposition {
-            hulls,
-            error: error.outside as f32,
-            mean: error.mean as f32,
-            uncovered: error.uncovered as f32,
-            dropped,
-        })
+        Ok(Decomposition { hulls, quality, dropped })
+    }
+}
+
+impl Unit {
+    /// Simple shapes for the pieces that they are no farther from the surface than, and how good the whole is.
+    fn simplified(
+        &self,
+        pieces: &[Polyhedron],
+        field: &Field,
+        options: &HullOptions,
+    ) -> (Vec<Option<Simple>>, Quality) {
+        let quality = Quality::of(pieces, &self.mesh, field, SPACING);
+        let worst = |errors: &[Distances; 2]| f64::from(errors[0].max.max(errors[1].max));
+        let mut simple: Vec<Option<Simple>> = vec![None; pieces.len()];
+        if !options.primitives {
+            return (simple, quality);
+        }
+        let diagonal = self.diagonal();
+        for (simple, (piece, errors)) in simple.iter_mut().zip(pieces.iter().zip(&quality.pieces)) {
+            *simple = Simple::fitting(piece, worst(errors) * diagonal);
+        }
+        let measured = |simple: &[Option<Simple>]| {
+            let shapes: Vec<Polyhedron> = pieces
+                .iter()
+                .zip(simple)
+                .map(|(piece, simple)| simple.and_then(|simple| simple.polyhedron()).unwrap_or_else(|| piece.clone()))
+                .collect();
+            Quality::of(&shapes, &self.mesh, field, SPACING)
+        };
+        let found = measured(&simple);
+        for (simple, (before, after)) in simple.iter_mut().zip(quality.pieces.iter().zip(&found.pieces)) {
+            if worst(after) > worst(before).max(NEGLIGIBLE) {
+                *simple = None;
+            }
+        }
+        let quality = if simple.iter().any(Option::is_some) { measured(&simple) } else { quality };
+        (simple, quality)
     }
 }
 
@@ -375,10 +481,12 @@ fn join(parts: &Parts, field: &Field, limit: f64, options: &HullOptions) -> (Vec
             Some(Group { parts: vec![index], hull: part.hull.clone()?, excess: part.excess })
         });
     let groups = merge(groups.collect(), field, limit, options.max_hulls);
+    let (groups, halves) = refine(parts, groups, field, options.max_hulls);
+    let part = |index: usize| parts.0.get(index).unwrap_or_else(|| &halves[index - parts.0.len()]);
     let mut dropped = 0;
     let pieces = groups.into_iter().filter_map(|group| {
-        let points = group.parts.iter().flat_map(|part| &parts.0[*part].mesh.vertices);
-        let piece = solid(&points.copied().collect::<Vec<_>>(), options.max_vertices);
+        let points = group.parts.iter().flat_map(|index| &part(*index).mesh.vertices);
+        let piece = fitted(&points.copied().collect::<Vec<_>>(), options.max_vertices);
         dropped += usize::from(piece.is_none());
         piece
     });

@@ -1,12 +1,13 @@
 //! Bodies for a simulation, from the objects of a document.
 
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
-use aam::document::{Body, BodyMode, Convex, Object, Physics};
+use aam::document::{Body, BodyMode, Convex, Object, Physics, Primitive};
 use glam::DVec3;
 
-use crate::hulls::{HullError, HullOptions, decompose};
-use crate::{Asset, ConvertError, Progress};
+use crate::hulls::{Decomposition, Hull, HullError, HullOptions, decompose};
+use crate::{Asset, ConvertError, Progress, Report};
 
 /// The bodies that objects become.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +73,19 @@ impl PhysicsOptions {
     }
 }
 
+/// What an object was made into.
+#[derive(Clone, Debug)]
+pub struct Decomposed {
+    /// Which object: its place in the document.
+    pub object: usize,
+    /// Its convex pieces.
+    pub decomposition: Decomposition,
+    /// The volume that the mesh encloses, if it is closed.
+    pub closed_volume: Option<f64>,
+    /// How long it took.
+    pub time: Duration,
+}
+
 /// Gives every object with triangles a body, in place of those that were there.
 ///
 /// Static bodies collide with the object's own triangles. Others get convex pieces in the object's coordinates, and
@@ -79,20 +93,27 @@ impl PhysicsOptions {
 /// theorem), else that of the pieces; the report says which. It is measured in the object's own coordinates, as the
 /// pieces are: mass scales with the object.
 ///
+/// Gives what the objects were made into, in order; nothing for static bodies.
+///
 /// # Errors
 /// When an option is out of range, or no object can be such a body.
-pub fn add_bodies(asset: &mut Asset, options: &PhysicsOptions, progress: &dyn Progress) -> Result<(), ConvertError> {
+pub fn add_bodies(
+    asset: &mut Asset,
+    options: &PhysicsOptions,
+    progress: &dyn Progress,
+) -> Result<Vec<Decomposed>, ConvertError> {
     options.check()?;
     let solid = options.mode != BodyMode::Static;
-    let with_triangles = |object: &&Object| object.faces.as_ref().is_some_and(|faces| !faces.triangles.is_empty());
-    let objects: Vec<&Object> = asset.document.objects().iter().filter(with_triangles).collect();
+    let with_triangles = |object: &Object| object.faces.as_ref().is_some_and(|faces| !faces.triangles.is_empty());
+    let objects: Vec<(usize, &Object)> =
+        asset.document.objects().iter().enumerate().filter(|(_, object)| with_triangles(object)).collect();
     if solid {
         progress.stage("convex pieces", objects.len() as u64);
     }
     let mut bodies = Vec::new();
-    let mut volumes = Vec::new();
+    let mut made = Vec::new();
     let mut failed = None;
-    for (index, object) in objects.iter().enumerate() {
+    for (index, (place, object)) in objects.into_iter().enumerate() {
         progress.step(index as u64);
         let subject = format!("object \"{}\"", object.name);
         let mut body = Body {
@@ -114,6 +135,7 @@ pub fn add_bodies(asset: &mut Asset, options: &PhysicsOptions, progress: &dyn Pr
         }
         let triangles: Vec<[u32; 3]> =
             object.faces.iter().flat_map(|faces| &faces.triangles).map(|triangle| triangle.vertices).collect();
+        let start = Instant::now();
         let decomposition = match decompose(&object.vertices, &triangles, &options.hulls) {
             Ok(decomposition) => decomposition,
             Err(error @ HullError::Option(_)) => return Err(ConvertError::Option(error.to_string())),
@@ -129,28 +151,40 @@ pub fn add_bodies(asset: &mut Asset, options: &PhysicsOptions, progress: &dyn Pr
             count => format!("{count} convex pieces"),
         };
         let mut note = format!("{pieces}, {largest} vertices at most");
-        if decomposition.uncovered > 1e-4 {
-            note += &format!("; up to {:.2} % of the diagonal stands out of them", 100.0 * decomposition.uncovered);
+        let simple = decomposition.hulls.iter().filter(|hull| hull.primitive.is_some()).count();
+        if simple > 0 {
+            note += &format!(", {simple} of them as boxes, spheres and capsules");
+        }
+        if decomposition.quality.uncovered.max > 1e-4 {
+            note += &format!(
+                "; up to {:.2} % of the diagonal stands out of them",
+                100.0 * decomposition.quality.uncovered.max
+            );
         }
         if let Some(wanted) = options.hulls.max_error
-            && decomposition.error.max(decomposition.uncovered) > wanted
+            && decomposition.quality.hausdorff() > wanted
         {
             note += &format!("; the error of {:.2} % asked for is not reached, allow more pieces", 100.0 * wanted);
         }
-        let size = format!("{:.2} % of the diagonal", 100.0 * decomposition.error);
+        let size = format!("{:.2} % of the diagonal", 100.0 * decomposition.quality.outside.max);
         asset.report.changed(&subject, "collision", note, Some(size));
 
-        if options.mode == BodyMode::Dynamic {
-            let closed = closed_volume(&object.vertices, &triangles);
-            let hulls = || decomposition.hulls.iter().map(|hull| hull.volume).sum::<f64>();
-            volumes.push((closed.unwrap_or_else(hulls), closed.is_some(), subject));
-        }
-        let convex = |(number, hull): (i32, crate::hulls::Hull)| Convex {
+        let convex = |(number, hull): (i32, &Hull)| Convex {
             number,
-            vertices: hull.vertices,
-            triangles: hull.triangles,
+            vertices: hull.vertices.clone(),
+            triangles: hull.triangles.clone(),
         };
-        body.pieces = Some((0..).zip(decomposition.hulls).map(convex).collect());
+        let (simple, others): (Vec<&Hull>, Vec<&Hull>) =
+            decomposition.hulls.iter().partition(|hull| hull.primitive.is_some());
+        let primitives: Vec<Primitive> = simple.iter().filter_map(|hull| hull.primitive).collect();
+        body.primitives = (!primitives.is_empty()).then_some(primitives);
+        body.pieces = (!others.is_empty()).then(|| (0..).zip(others).map(convex).collect());
+        made.push(Decomposed {
+            object: place,
+            closed_volume: closed_volume(&object.vertices, &triangles),
+            decomposition,
+            time: start.elapsed(),
+        });
         bodies.push(body);
     }
     if bodies.is_empty() {
@@ -159,19 +193,32 @@ pub fn add_bodies(asset: &mut Asset, options: &PhysicsOptions, progress: &dyn Pr
             None => "there are no objects with triangles to make bodies of".into(),
         }));
     }
-    let all: f64 = volumes.iter().map(|(volume, _, _)| volume).sum();
-    for (body, (volume, closed, subject)) in bodies.iter_mut().zip(volumes) {
+    if options.mode == BodyMode::Dynamic {
+        share_mass(&mut bodies, &made, options, &mut asset.report);
+    }
+    asset.document.physics = Some(Physics { bodies, unknown: Vec::new() });
+    Ok(made)
+}
+
+/// Gives dynamic bodies their masses, by volume.
+fn share_mass(bodies: &mut [Body], made: &[Decomposed], options: &PhysicsOptions, report: &mut Report) {
+    let volume = |one: &Decomposed| {
+        one.closed_volume.unwrap_or_else(|| one.decomposition.hulls.iter().map(|hull| hull.volume).sum())
+    };
+    let all: f64 = made.iter().map(volume).sum();
+    for (body, one) in bodies.iter_mut().zip(made) {
+        let volume = volume(one);
         let mass = match options.mass {
             Some(mass) => f64::from(mass) * volume / all,
             None => volume * f64::from(options.density.unwrap_or(DEFAULT_DENSITY)),
         };
         // The format asks for a mass above 0.
         body.mass = Some((mass as f32).clamp(f32::MIN_POSITIVE, f32::MAX));
-        let of = if closed { "the closed mesh" } else { "its convex pieces, since the mesh is open" };
-        asset.report.kept(&subject, "mass", format!("{mass:.4} kg: {volume:.6} m³ of {of}"));
+        let of =
+            if one.closed_volume.is_some() { "the closed mesh" } else { "its convex pieces, since the mesh is open" };
+        let subject = format!("object \"{}\"", body.name);
+        report.kept(&subject, "mass", format!("{mass:.4} kg: {volume:.6} m³ of {of}"));
     }
-    asset.document.physics = Some(Physics { bodies, unknown: Vec::new() });
-    Ok(())
 }
 
 /// The volume that a closed mesh encloses, by the divergence theorem; `None` if it is open, inside out in parts, or

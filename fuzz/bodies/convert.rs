@@ -88,14 +88,15 @@ fn pieces_of(data: &[u8], max_hulls: usize) {
     } else {
         (0..count / 3).map(|row| [3 * row, 3 * row + 1, 3 * row + 2]).collect()
     };
-    let options = HullOptions { max_hulls, max_error: None, max_vertices: 4 + usize::from(limit % 252) };
+    let max_vertices = 4 + usize::from(limit % 252);
+    let options = HullOptions { max_hulls, max_error: None, max_vertices, primitives: max_hulls == 1 };
     let pieces = match decompose(&vertices, &triangles, &options) {
         Ok(pieces) => pieces,
         Err(HullError::Option(reason)) => panic!("{reason}"),
         Err(_) => return,
     };
     assert!(!pieces.hulls.is_empty() && pieces.hulls.len() <= options.max_hulls);
-    assert!(pieces.error.is_finite() && pieces.uncovered.is_finite());
+    assert!(pieces.quality.hausdorff().is_finite() && pieces.quality.mean().is_finite());
     for hull in &pieces.hulls {
         assert!(hull.vertices.len() <= options.max_vertices);
         assert!(hull.vertices.as_flattened().iter().all(|value| value.is_finite()));

@@ -8,6 +8,7 @@
 //! - [`Background`] steps a simulator on a thread of its own, in real time, and gives interpolated poses without waiting.
 //! - [`DropTest`] says how far the motion of a coarse collision shape is from that of the exact surface.
 //! - [`Film`] is a document that plays what was simulated.
+//! - [`exploded`] is a document that shows collision shapes, moved apart.
 //!
 //! Lengths are metres, masses kilograms, times seconds, angles radians. Steps have a fixed length, and the same scene
 //! gives the same poses bit for bit on every run of a program on one kind of machine; [`Simulator::hash`] tells.
@@ -17,6 +18,7 @@ mod collider;
 mod contact;
 mod drop;
 mod error;
+mod explode;
 mod film;
 mod friction;
 mod grab;
@@ -34,6 +36,7 @@ pub use background::{Background, Collected};
 pub use contact::Contact;
 pub use drop::{DropErrors, DropTest};
 pub use error::{Divergence, PhysicsError, What};
+pub use explode::exploded;
 pub use film::Film;
 pub use joint::{Joint, JointKind};
 pub use mesh::{Material, PhysicsMesh, Shape, physics_meshes};

@@ -53,6 +53,13 @@ impl<'a> Reported<'a> {
 
 pub(crate) fn run(args: &ConvertArgs, terminal: &Terminal) -> Result<ExitCode, Failure> {
     let jobs = jobs(args)?;
+    if args.physics.physics.is_none()
+        && let Some(option) = args.physics.hulls.given()
+    {
+        return Err(
+            Failure::new(format_args!("{option} is for bodies")).help("add --physics dynamic, or use `aam decompose`")
+        );
+    }
     let options = options(args);
     let mut done = Vec::new();
     let mut failed = 0;
@@ -185,9 +192,7 @@ fn physics(args: &ConvertArgs) -> Option<PhysicsOptions> {
     options.static_friction = given.static_friction.unwrap_or(options.static_friction);
     options.dynamic_friction = given.dynamic_friction.unwrap_or(options.dynamic_friction);
     options.restitution = given.restitution.unwrap_or(options.restitution);
-    options.hulls.max_hulls = given.hulls.map_or(options.hulls.max_hulls, |count| count as usize);
-    // Whoever asks for a number of hulls wants the best that so many can do.
-    options.hulls.max_error = given.max_error.or(options.hulls.max_error.filter(|_| given.hulls.is_none()));
+    options.hulls = given.hulls.options();
     Some(options)
 }
 

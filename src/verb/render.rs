@@ -139,7 +139,10 @@ fn load(
             })
         });
         let start = Instant::now();
-        let opened = open::scene(&args.file, &args.read, progress);
+        let opened = match args.explode {
+            Some(amount) => open::exploded(&args.file, &args.read, amount, progress),
+            None => open::scene(&args.file, &args.read, progress),
+        };
         times.add("load", start.elapsed());
         (opened, device.map(std::thread::ScopedJoinHandle::join))
     });

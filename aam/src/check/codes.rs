@@ -171,9 +171,9 @@ pub static CODES: &[CodeInfo] = &[
         "A light map and a normal map on one material: the light map wins.",
         "Remove one of the two.",
     ),
-    warning(
+    info(
         "material/displacement-without-shading-map",
-        "A displacement map without a normal or light map: normals have to be recomputed.",
+        "A displacement map without a normal or light map: normals are those of the displaced surface.",
         "Add the normal map that belongs to the height map.",
     ),
     info("material/unused", "No object uses the material.", "Remove it if nothing else needs it."),

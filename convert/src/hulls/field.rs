@@ -8,7 +8,9 @@ use parry3d::shape::TriMesh;
 use parry3d::transformation::voxelization::VoxelSet;
 
 /// Nodes around the voxels.
-const MARGIN: usize = 2;
+const MARGIN: usize = SEAL + 2;
+/// Gaps of an open mesh that are no wider than twice so many voxels are sealed: 1/32 of its longest side.
+const SEAL: usize = 2;
 /// A node without a distance yet.
 const UNKNOWN: u32 = u32::MAX;
 
@@ -25,8 +27,9 @@ pub(super) struct Field {
 }
 
 impl Field {
-    /// Of a surface and its voxels; `None` if there is no triangle.
-    pub(super) fn new(vertices: &[DVec3], triangles: &[[u32; 3]], voxels: &VoxelSet) -> Option<Self> {
+    /// Of a surface and the voxels that it goes through; of an `open` one, narrow gaps are sealed. `None` if there is no
+    /// triangle.
+    pub(super) fn new(vertices: &[DVec3], triangles: &[[u32; 3]], voxels: &VoxelSet, open: bool) -> Option<Self> {
         let points = vertices.iter().map(|vertex| vertex.as_vec3()).collect();
         let surface = TriMesh::new(points, triangles.to_vec()).ok()?;
         let coordinates = |coords: glam::IVec3| coords.to_array().map(|value| usize::try_from(value).unwrap_or(0));
@@ -37,19 +40,19 @@ impl Field {
         }
         let count = size.iter().product();
         let step = f64::from(voxels.scale);
-        let mut field = Self {
+        let mut on_surface = Grid { size, full: vec![false; count] };
+        for voxel in voxels.voxels() {
+            let at = on_surface.place(coordinates(voxel.coords).map(|value| value + MARGIN));
+            on_surface.full[at] = true;
+        }
+        Some(Self {
             surface,
             origin: voxels.origin.as_dvec3() - step * MARGIN as f64,
             step,
             size,
-            inside: vec![false; count],
+            inside: on_surface.enclosed(if open { SEAL } else { 0 }),
             nodes: (0..count).map(|_| AtomicU32::new(UNKNOWN)).collect(),
-        };
-        for voxel in voxels.voxels().iter().filter(|voxel| !voxel.is_on_surface) {
-            let at = field.place(coordinates(voxel.coords).map(|value| value + MARGIN));
-            field.inside[at] = true;
-        }
-        Some(field)
+        })
     }
 
     fn place(&self, [x, y, z]: [usize; 3]) -> usize {
@@ -105,5 +108,60 @@ impl Field {
         let distance = if self.inside[place] { 0.0 } else { self.to_surface(center) };
         self.nodes[place].store((distance as f32).to_bits(), Ordering::Relaxed);
         distance
+    }
+}
+
+/// Voxels that are full or not.
+struct Grid {
+    size: [usize; 3],
+    full: Vec<bool>,
+}
+
+impl Grid {
+    fn place(&self, [x, y, z]: [usize; 3]) -> usize {
+        (x * self.size[1] + y) * self.size[2] + z
+    }
+
+    /// From one place to the next along each axis.
+    fn strides(&self) -> [usize; 3] {
+        [self.size[1] * self.size[2], self.size[2], 1]
+    }
+
+    /// Full also where one of the 26 neighbours is. The outermost layer stays as it is.
+    fn grown(&self) -> Vec<bool> {
+        let mut full = self.full.clone();
+        for stride in self.strides() {
+            let before = full.clone();
+            for at in stride..full.len() - stride {
+                full[at] = before[at] || before[at - stride] || before[at + stride];
+            }
+        }
+        full
+    }
+
+    /// What nothing reaches from outside, when walls are so many voxels thicker; without the walls themselves.
+    fn enclosed(&self, thicker: usize) -> Vec<bool> {
+        let mut walls = Self { size: self.size, full: self.full.clone() };
+        for _ in 0..thicker {
+            walls.full = walls.grown();
+        }
+        let mut outside = Self { size: self.size, full: vec![false; self.full.len()] };
+        let mut pending = vec![0_usize];
+        outside.full[0] = true;
+        while let Some(at) = pending.pop() {
+            for stride in self.strides() {
+                // Beyond an end of a row is the beginning of the next, which is outside as well.
+                for next in [at.wrapping_sub(stride), at + stride] {
+                    if outside.full.get(next).is_some_and(|reached| !reached) && !walls.full[next] {
+                        outside.full[next] = true;
+                        pending.push(next);
+                    }
+                }
+            }
+        }
+        for _ in 0..thicker {
+            outside.full = outside.grown();
+        }
+        self.full.iter().zip(outside.full).map(|(wall, outside)| !wall && !outside).collect()
     }
 }

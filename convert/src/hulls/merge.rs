@@ -4,13 +4,19 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::field::Field;
+use super::mesh::Mesh;
 use super::quickhull::Polyhedron;
-use super::split::{Excess, FINE, look};
+use super::split::{Excess, FINE, Part, Parts, look};
 
+/// The most times that the worst group is cut again.
+const ROUNDS: usize = 12;
+/// What the worst group must become better by for another round.
+const GAIN: f64 = 0.99;
 /// Parts that are farther apart than this (of a box of longest side 1) are joined only if they must.
 const APART: f64 = 1e-2;
 
 /// A set of parts with one hull.
+#[derive(Clone)]
 pub(super) struct Group {
     pub(super) parts: Vec<usize>,
     pub(super) hull: Polyhedron,
@@ -81,4 +87,42 @@ pub(super) fn merge(groups: Vec<Group>, field: &Field, limit: f64, most: usize) 
         let fresh = pairs(&groups, margin, groups.len() - 1);
         joins.par_extend(fresh.into_par_iter().filter_map(|pair| joined(&groups, pair, field)));
     }
+}
+
+/// Where there are no more groups allowed: cuts the worst one anew, and joins what then costs least, as long as the worst
+/// becomes better. Gives the groups, and the parts that came of it, whose numbers follow those of `parts`.
+pub(super) fn refine(parts: &Parts, mut groups: Vec<Group>, field: &Field, most: usize) -> (Vec<Group>, Vec<Part>) {
+    let mut halves: Vec<Part> = Vec::new();
+    let error = |groups: &[Group]| groups.iter().map(|group| group.excess.most).fold(0.0, f64::max);
+    if most == 1 || groups.len() < most {
+        return (groups, halves);
+    }
+    for _ in 0..ROUNDS {
+        let before = error(&groups);
+        let Some(worst) =
+            (0..groups.len()).rev().max_by(|a, b| groups[*a].excess.most.total_cmp(&groups[*b].excess.most))
+        else {
+            break;
+        };
+        let mut mesh = Mesh::default();
+        for index in &groups[worst].parts {
+            mesh.append(&parts.0.get(*index).unwrap_or_else(|| &halves[index - parts.0.len()]).mesh);
+        }
+        let Some(pair) = Part::new(mesh, field).halves(field) else { break };
+        let mut trial = groups.clone();
+        trial.swap_remove(worst);
+        let first = parts.0.len() + halves.len();
+        for (index, part) in pair.iter().enumerate() {
+            if let Some(hull) = part.hull.clone() {
+                trial.push(Group { parts: vec![first + index], hull, excess: part.excess });
+            }
+        }
+        halves.extend(pair);
+        let trial = merge(trial, field, 0.0, most);
+        if error(&trial) > GAIN * before {
+            break;
+        }
+        groups = trial;
+    }
+    (groups, halves)
 }

@@ -40,6 +40,20 @@ impl Mesh {
         triangle.map(|index| self.vertices[index as usize])
     }
 
+    /// Adds the triangles of another.
+    pub(super) fn append(&mut self, other: &Self) {
+        let base = self.vertices.len() as u32;
+        self.vertices.extend(&other.vertices);
+        self.triangles.extend(other.triangles.iter().map(|triangle| triangle.map(|index| index + base)));
+    }
+
+    /// The corners of the bounding box.
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        let low = self.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = self.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        (low, high)
+    }
+
     /// The volume inside, negative for a mesh that is inside out; of an open mesh it is that of its cone from the origin.
     pub(super) fn volume(&self) -> f64 {
         let volume = |triangle: &[u32; 3]| {

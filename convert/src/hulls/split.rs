@@ -130,10 +130,16 @@ pub(super) struct Part {
 }
 
 impl Part {
-    fn new(mesh: Mesh, field: &Field) -> Self {
+    pub(super) fn new(mesh: Mesh, field: &Field) -> Self {
         let (hull, excess) = look(&mesh.vertices, field, FINE);
         let sketch = (mesh.triangles.len() > SKETCHED).then(|| mesh.simplified(SKETCHED));
         Self { mesh, sketch, hull, excess }
+    }
+
+    /// The two sides of the best plane; `None` if no plane parts it.
+    pub(super) fn halves(&self, field: &Field) -> Option<[Self; 2]> {
+        let plane = best_plane(self, field)?;
+        Some(self.mesh.cut(&plane).map(|mesh| Self::new(mesh, field)))
     }
 
     fn sketch(&self) -> &Mesh {
@@ -145,8 +151,8 @@ impl Part {
 pub(super) struct Parts(pub(super) Vec<Part>);
 
 impl Parts {
-    pub(super) fn new(mesh: Mesh, field: &Field) -> Self {
-        Self(vec![Part::new(mesh, field)])
+    pub(super) fn new(starts: Vec<Mesh>, field: &Field) -> Self {
+        Self(starts.into_iter().map(|mesh| Part::new(mesh, field)).collect())
     }
 
     /// Cuts the worst part until none is worse than `limit`, there are `most` parts, or nothing helps.
@@ -157,11 +163,10 @@ impl Parts {
             let candidates = (0..parts.len()).filter(|part| !stuck[*part] && parts[*part].excess.most > limit);
             let worse = |a: &usize, b: &usize| parts[*a].excess.most.total_cmp(&parts[*b].excess.most).then(b.cmp(a));
             let Some(worst) = candidates.max_by(worse) else { return };
-            let Some(plane) = best_plane(&parts[worst], field) else {
+            let Some([behind, front]) = parts[worst].halves(field) else {
                 stuck[worst] = true;
                 continue;
             };
-            let [behind, front] = parts[worst].mesh.cut(&plane).map(|mesh| Part::new(mesh, field));
             parts[worst] = behind;
             parts.push(front);
             stuck.push(false);

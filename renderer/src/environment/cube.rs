@@ -105,7 +105,30 @@ impl Cube {
                 }
             }
         }
-        if weights > 0.0 { sum / weights } else { Vec3::ZERO }
+        // A lobe between the middles of texels is as good as a mirror.
+        if weights > 0.0 { sum / weights } else { self.nearest(axis) }
+    }
+}
+
+impl Cube {
+    /// The texel in a direction.
+    fn nearest(&self, direction: Vec3) -> Vec3 {
+        let mut best = (f32::NEG_INFINITY, 0);
+        for face in CubeFace::ALL {
+            let middle = cube_direction(face, Vec2::splat(0.5));
+            let right = cube_direction(face, Vec2::new(1.0, 0.5)) - middle;
+            let down = cube_direction(face, Vec2::new(0.5, 1.0)) - middle;
+            let ahead = direction.dot(middle);
+            if ahead > best.0 {
+                let place = |aside: f32| {
+                    let along = (0.5 * aside / ahead + 0.5) * self.side as f32;
+                    (along.max(0.0) as usize).min(self.side - 1)
+                };
+                let (column, row) = (place(direction.dot(right)), place(direction.dot(down)));
+                best = (ahead, (face as usize * self.side + row) * self.side + column);
+            }
+        }
+        self.texels[best.1]
     }
 }
 

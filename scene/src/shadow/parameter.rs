@@ -296,5 +296,7 @@ mod tests {
         assert!(message("evsm4:exponent=45,centred=false").contains("at most 43 for evsm4 without `centred`"));
         assert!(message("pcf:radius").contains("not of the form key=value"));
         assert!("evsm4:exponent=45".parse::<ShadowSettings>().is_ok());
+        let wide: ShadowSettings = "vsm:radius=20,blur=running".parse().unwrap();
+        assert_eq!(wide.to_string().parse(), Ok(wide));
     }
 }

@@ -381,8 +381,13 @@ impl FromStr for ShadowSettings {
     fn from_str(text: &str) -> Result<Self, String> {
         let (technique, rest) = text.split_once(':').unwrap_or((text, ""));
         let mut settings = Self::new(technique.trim().parse()?);
-        for pair in rest.split(',').filter(|pair| !pair.trim().is_empty()) {
-            let (key, value) = pair.split_once('=').ok_or_else(|| format!("`{pair}` is not of the form key=value"))?;
+        let pairs = rest.split(',').filter(|pair| !pair.trim().is_empty());
+        let mut pairs: Vec<(&str, &str)> = pairs
+            .map(|pair| pair.split_once('=').ok_or_else(|| format!("`{pair}` is not of the form key=value")))
+            .collect::<Result<_, _>>()?;
+        // How wide a kernel may be depends on how it is blurred.
+        pairs.sort_by_key(|(key, _)| key.trim() == "radius");
+        for (key, value) in pairs {
             let parameter = ShadowParameter::named(settings.technique, key.trim())?;
             parameter.set(&mut settings, value.trim()).map_err(|error| error.to_string())?;
         }

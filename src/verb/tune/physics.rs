@@ -171,7 +171,7 @@ fn table(tuned: &Tuned, terminal: &Terminal) -> Result<(), Failure> {
         ))
     };
     for tried in &tuned.tried {
-        let surface = tried.decomposition.error.max(tried.decomposition.uncovered);
+        let surface = tried.decomposition.quality.hausdorff();
         row(&tried.decomposition.hulls.len().to_string(), Some(surface), &tried.errors)?;
     }
     row("exact", None, &tuned.control)?;
@@ -201,7 +201,7 @@ fn report(args: &TunePhysicsArgs, found: &[Tuned]) -> serde_json::Value {
                 .map(|tried| {
                     json!({
                         "hulls": tried.decomposition.hulls.len(),
-                        "surface": tried.decomposition.error.max(tried.decomposition.uncovered),
+                        "surface": tried.decomposition.quality.hausdorff(),
                         "errors": errors(&tried.errors),
                     })
                 })
