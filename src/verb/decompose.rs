@@ -303,7 +303,7 @@ impl ReportedObject {
         });
         Self {
             id: object.id,
-            name: object.name.decoded().into(),
+            name: object.name.decoded(),
             triangles: object.faces.as_ref().map_or(0, |faces| faces.triangles.len()),
             hulls: hulls.collect(),
             vertices: found.hulls.iter().map(|hull| hull.vertices.len()).sum(),

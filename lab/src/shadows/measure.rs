@@ -239,7 +239,10 @@ pub fn measure(
             }
             progress("flicker", 0.75 + 0.25 * number as f32 / runs.len() as f32);
             let run = &mut runs[index];
-            run.flicker = Some(Flicker::of(painter, &scenes[index], subject, &run.visibility, &faces)?);
+            // Without a shadow nothing flickers.
+            if run.settings.is_some() {
+                run.flicker = Some(Flicker::of(painter, &scenes[index], subject, &run.visibility, &faces)?);
+            }
         }
     }
     Ok(ShadowChart {

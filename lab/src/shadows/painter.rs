@@ -1,6 +1,6 @@
 //! What draws the shadows that are measured.
 
-use aam_renderer::{FrameStats, RenderOptions, Renderer};
+use aam_renderer::{FrameStats, RenderOptions, Renderer, ShadowLimit, shadow_limits};
 use aam_scene::{Image, Scene, View};
 
 use crate::LabError;
@@ -51,8 +51,8 @@ impl Cost {
         let mut cost = Self { bytes: stats.shadow_bytes, ..Self::default() };
         for pass in passes {
             match pass.name {
-                "shadow maps" => cost.map_ms += pass.ms,
-                "shadow blur" => cost.blur_ms += pass.ms,
+                "shadow maps" | "shadow volumes" => cost.map_ms += pass.ms,
+                name if name.starts_with("shadow blur") => cost.blur_ms += pass.ms,
                 _ => cost.rest_ms += pass.ms,
             }
         }
@@ -76,15 +76,24 @@ impl Painter for Renderer {
     }
 
     fn limits(&mut self, scene: &Scene, view: &View) -> Limits {
-        // What cannot be drawn is said when it is tried; it needs few pixels.
+        let known = shadow_limits(scene, view, 0);
+        if let Some(ShadowLimit::Refuses(reason)) = known.iter().find(|limit| matches!(limit, ShadowLimit::Refuses(_)))
+        {
+            return Limits::Refuses(reason.clone());
+        }
+        // What this device cannot draw is said when it is tried; that needs few pixels.
         let small = View { width: 8, height: 8, ..view.clone() };
         let options = RenderOptions { gpu_timing: false, ..RenderOptions::default() };
         match Renderer::visibility(self, scene, &small, 0, &options) {
-            Err(error) => Limits::Refuses(error.to_string()),
-            Ok((_, stats)) => match stats.warnings.into_iter().find(|warning| warning.contains("is not drawn")) {
-                Some(reason) => Limits::Refuses(reason.split_once(": ").map_or(reason.clone(), |(_, why)| why.into())),
-                None => Limits::Holds,
-            },
+            Err(error) => return Limits::Refuses(error.to_string()),
+            Ok((_, stats)) => {
+                if let Some(warning) = stats.warnings.iter().find(|warning| warning.contains("is not drawn")) {
+                    let reason = warning.split_once(": ").map_or(warning.as_str(), |(_, reason)| reason);
+                    return Limits::Refuses(reason.to_owned());
+                }
+            }
         }
+        let reasons: Vec<&str> = known.iter().map(ShadowLimit::reason).collect();
+        if reasons.is_empty() { Limits::Holds } else { Limits::Degrades(reasons.join("; ")) }
     }
 }
