@@ -9,6 +9,8 @@ use super::quickhull::{Polyhedron, hull};
 
 /// A simple shape is as near as its hull if neither misses the surface by more than this part of the diagonal.
 pub(super) const NEGLIGIBLE: f64 = 1e-3;
+/// A simple shape is tried if it misses its hull by no more than this many times what the hull misses the surface.
+const NEARLY: f64 = 1.5;
 /// A capsule or sphere is compared as a polyhedron of so many points around and half as many along.
 const AROUND: usize = 24;
 
@@ -17,10 +19,12 @@ const AROUND: usize = 24;
 pub(super) struct Simple(Primitive);
 
 impl Simple {
-    /// A simple shape that misses a hull by no more than `allowed` both ways, the cheapest first: sphere, capsule, box.
+    /// A simple shape that misses a hull by about `allowed` both ways, the cheapest first: sphere, capsule, box. Whether it
+    /// is as near to the surface as the hull is for a measurement to say, since the surface may lie between the two.
     pub(super) fn fitting(piece: &Polyhedron, allowed: f64) -> Option<Self> {
-        let allowed = allowed.max(NEGLIGIBLE);
-        [sphere(piece), capsule(piece), cuboid(piece)].into_iter().flatten().map(Self).find(|simple| {
+        let allowed = NEARLY * allowed.max(NEGLIGIBLE);
+        let [through_corners, between] = spheres(piece);
+        [through_corners, between, capsule(piece), cuboid(piece)].into_iter().flatten().map(Self).find(|simple| {
             let Some(shape) = simple.polyhedron() else { return false };
             excess(&shape, piece) <= allowed && excess(piece, &shape) <= allowed
         })
@@ -55,13 +59,14 @@ fn excess(of: &Polyhedron, from: &Polyhedron) -> f64 {
     of.vertices.iter().map(height).fold(0.0, f64::max)
 }
 
-/// Around the middle of the bounds, with the mean of the least and the largest distance.
-fn sphere(piece: &Polyhedron) -> Option<Primitive> {
+/// Around the middle of the bounds: through the farthest corner, as a ball of few faces asks for, and halfway to the
+/// nearest face.
+fn spheres(piece: &Polyhedron) -> [Option<Primitive>; 2] {
     let (low, high) = piece.bounds();
     let center = 0.5 * (low + high);
     let far = piece.vertices.iter().map(|vertex| vertex.distance(center)).fold(0.0, f64::max);
     let near = piece.planes().iter().map(|(normal, offset)| offset - normal.dot(center)).fold(f64::INFINITY, f64::min);
-    round(center, center, 0.5 * (far + near))
+    [far, 0.5 * (far + near)].map(|radius| round(center, center, radius))
 }
 
 /// Along the longest axis of the best box, with the mean of the other two as its thickness.

@@ -177,17 +177,18 @@ fn is_filled(found: &Decomposition, point: [f32; 3]) -> bool {
 
 #[test]
 fn holes_stay_open() {
-    // A probe from one point to another meets nothing on its way.
+    // A probe from one point to another meets nothing on its way. A gap may be filled whose middle is nearer to the
+    // surface than the error that is allowed; these are wider than that.
     let probes = [
-        ("torus", [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]),
-        ("cup", [0.5, -1.0, 0.45], [0.5, 1.0, 0.45]),
-        ("gear", [0.0, 0.0, -1.0], [0.0, 0.0, 1.0]),
-        ("house", [0.9, -1.0, 0.95], [0.9, 3.0, 0.95]),
-        ("fence", [0.33, -1.0, 0.5], [0.33, 1.0, 0.5]),
+        ("torus", [0.0, 0.0, -1.0], [0.0, 0.0, 1.0], 0.04),
+        ("cup", [0.5, -1.0, 0.45], [0.5, 1.0, 0.45], 0.04),
+        ("gear", [0.0, 0.0, -1.0], [0.0, 0.0, 1.0], 0.04),
+        ("house", [0.9, -1.0, 0.95], [0.9, 3.0, 0.95], 0.04),
+        ("fence", [0.33, -1.0, 0.5], [0.33, 1.0, 0.5], 0.01),
     ];
-    for (name, from, to) in probes {
+    for (name, from, to, error) in probes {
         let mesh = aam_fixtures::solids::solid(name).unwrap().triangles();
-        let found = pieces(&mesh, &HullOptions { max_error: Some(0.04), ..HullOptions::default() });
+        let found = pieces(&mesh, &HullOptions { max_error: Some(error), ..HullOptions::default() });
         for step in 0..=100 {
             let share = step as f32 / 100.0;
             let point: [f32; 3] = std::array::from_fn(|i| from[i] + share * (to[i] - from[i]));
