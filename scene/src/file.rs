@@ -76,7 +76,7 @@ const MAX_SIZE: u64 = 16 << 20;
 /// cull_back_faces = false      # what may be left out of maps: triangles that face away from the source,
 /// cull_casters = true          # objects outside of its volume,
 /// cull_sources = true          # sources whose volume the camera does not see
-/// displaced = false            # true: displaced surfaces cast as they are drawn
+/// displaced = false            # true: displaced surfaces cast as they are drawn (kept, without effect yet)
 ///
 /// [[shadow]]
 /// name = "key"
